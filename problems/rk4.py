@@ -29,8 +29,9 @@ from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import GRAM_MILLIMETRE, RPM
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Material, Rotor, UnbalancePlane
+from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.mesh import uniform_shaft, weighed_ring
+from problems.rotor.finite_elements.segments import Material
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
 from problems.rotor_settings import (

@@ -19,8 +19,9 @@ from ksmea.problem.parameters import Parameter
 from ksmea.settings.document import Block, Units, inside
 from ksmea.units import GIGAPASCAL
 from problems.rotor.finite_elements.bearing import COEFFICIENTS, DAMPINGS, MASSES, STIFFNESSES, Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.mesh import share_elements
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import UNBALANCE_PARTS, BearingTarget, Target, UnbalanceTarget, Unknown
 from problems.rotor_settings import MAX_ELEMENTS, MAX_SPEEDS, MAX_SUPPORTS, MAX_THINGS, check_ports, check_size

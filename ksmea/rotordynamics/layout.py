@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from ksmea.arrays import Array
 from ksmea.measurement.channel import Channel
@@ -10,12 +11,20 @@ from ksmea.measurement.channel import Channel
 
 @dataclass(frozen=True)
 class ShaftSection:
-    """A length of shaft of one circular section, from `start` to `end` (m)."""
+    """A length of shaft, of a layer around it or of a coupling in line, from `start` to `end` (m): a cylinder, or a cone whose radii at the
+    right end differ."""
 
     start: float
     end: float
     outer_radius: float  # m
     inner_radius: float  # m
+    outer_radius_right: float | None = None  # m; None: as at the left end
+    inner_radius_right: float | None = None
+    kind: Literal["shaft", "layer", "coupling"] = "shaft"
+
+    @property
+    def largest_radius(self) -> float:  # m
+        return max(self.outer_radius, self.outer_radius_right or 0.0)
 
 
 @dataclass(frozen=True)
@@ -33,11 +42,12 @@ class DiskOutline:
 
 @dataclass(frozen=True, eq=False)
 class BearingPlace:
-    """A bearing with its coefficients at the speed that they are shown for, (2, 2) each."""
+    """A bearing or seal with its coefficients at the speed that they are shown for, (2, 2) each."""
 
     position: float  # m
     stiffness: Array  # N/m
     damping: Array  # N s/m
+    has_pedestal: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,6 +81,10 @@ class RotorLayout:
     mass: float  # kg, of shaft and disks
     support: str = ""  # what carries the bearings, in words; '': rigid ground
     effects: tuple[EffectMark, ...] = ()
+    layers: tuple[ShaftSection, ...] = ()  # around the sections
+    seals: tuple[BearingPlace, ...] = ()
+    masses: tuple[DiskOutline, ...] = ()  # lumped
+    couplings: tuple[float, ...] = ()  # places, m
 
     @property
     def length(self) -> float:  # m
@@ -78,10 +92,10 @@ class RotorLayout:
 
     @property
     def largest_radius(self) -> float:  # m
-        outlines = [section.outer_radius for section in self.sections]
+        outlines = [section.largest_radius for section in (*self.sections, *self.layers)]
         return max([*outlines, *(disk.outer_radius for disk in self.disks if disk.outer_radius is not None)])
 
     def shaft_radius(self, position: float) -> float:
         """Outer radius (m) of the shaft at a position (m), the larger one where two sections meet."""
-        touching = [each.outer_radius for each in self.sections if each.start <= position <= each.end]
-        return max(touching or [self.sections[-1].outer_radius])
+        touching = [each.largest_radius for each in self.sections if each.start <= position <= each.end]
+        return max(touching or [self.sections[-1].largest_radius])

@@ -45,7 +45,8 @@ from problems.rotor.extension.turning import HIGHEST, OF_CONJUGATE, weight_of
 from problems.rotor.finite_elements.assembly import element_dof
 from problems.rotor.finite_elements.data import Hub, Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE, diameter_at, elements
-from problems.rotor.finite_elements.shaft import X_PLANE, Y_PLANE, flexibility_under_hubs, motion_of_right_end
+from problems.rotor.finite_elements.sections import right_end
+from problems.rotor.finite_elements.shaft import X_PLANE, Y_PLANE, flexibility_under_hubs
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.35  # of the bending stiffness, of each component: 0.49 in all; of more, orders above the third count
@@ -148,7 +149,7 @@ def softened(rotor: Rotor, position: float, length: float) -> Mapping[int, tuple
             _, by_moment = flexibility_under_hubs(after) - whole
             held = np.linalg.solve(whole, by_moment / np.sqrt(by_moment[1]))
             share = float(held @ whole @ held)
-            found[index] = share, held @ motion_of_right_end(before) / np.sqrt(share)
+            found[index] = share, held @ right_end(before.length) / np.sqrt(share)
     return found
 
 

@@ -22,8 +22,9 @@ from ksmea.arrays import Array
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import SeatedEffect
 from problems.rotor.extension.sizes import Size
-from problems.rotor.finite_elements.data import SAME_PLACE, Disk, Hub, Rotor
+from problems.rotor.finite_elements.data import SAME_PLACE, Hub, Rotor
 from problems.rotor.finite_elements.mesh import diameter_at
+from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 4.0  # EI five times: a solid hub half as thick again as the shaft, 1.5⁴

@@ -15,7 +15,8 @@ from typing import ClassVar
 from ksmea.arrays import Array
 from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import Size
-from problems.rotor.finite_elements.data import Disk, Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import CouplingSegment, Disk, Material, Segment
 
 LARGEST = 0.2
 NOTICED = (0.003, 0.1)  # of either sign, are drawn
@@ -40,13 +41,20 @@ class Mass(RotorEffect):
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         factor = 1 + float(theta[0])
 
-        def heavier_segment(segment: ShaftSegment) -> ShaftSegment:
-            density = factor * segment.material.density
-            return dataclasses.replace(segment, material=dataclasses.replace(segment.material, density=density))
+        def heavier(material: Material) -> Material:
+            return dataclasses.replace(material, density=factor * material.density)
+
+        def heavier_segment(segment: Segment) -> Segment:
+            if isinstance(segment, CouplingSegment):
+                return segment.heavier(factor)
+            return segment.with_materials(heavier)
 
         def heavier_disk(disk: Disk) -> Disk:
-            inertias = (disk.mass, disk.polar_inertia, disk.diametral_inertia)
-            return Disk(disk.position, *(factor * value for value in inertias))
+            mass, polar, diametral = (
+                factor * value for value in (disk.mass, disk.polar_inertia, disk.diametral_inertia)
+            )
+            return Disk(disk.position, mass, polar, diametral, disk.is_lumped)
 
-        segments, disks = map(heavier_segment, rotor.segments), map(heavier_disk, rotor.disks)
-        return dataclasses.replace(rotor, segments=tuple(segments), disks=tuple(disks))
+        segments = map(heavier_segment, rotor.segments)
+        disks, masses = (tuple(map(heavier_disk, parts)) for parts in (rotor.disks, rotor.masses))
+        return dataclasses.replace(rotor, segments=tuple(segments), disks=disks, masses=masses)

@@ -22,7 +22,8 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.problem.parameters import Parameter
 from problems.rotor.extension.effect import RotorEffect, drawn
-from problems.rotor.finite_elements.data import Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import CouplingSegment, Segment, ShaftSegment
 from problems.rotor.response.problem import RotorProblem
 
 HIGHEST = 1.0  # twice Timoshenko's: κ of thin tubes is half of that of solid shafts
@@ -38,7 +39,9 @@ class ShearTheory(RotorEffect):
     }
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        least = min(segment.shear_flexibility for segment in problem.rotor.segments)
+        shaft = [each for each in problem.rotor.segments if isinstance(each, ShaftSegment)]
+        layers = [layer.shear_flexibility for each in shaft for layer in each.layers]
+        least = min([*(each.shear_flexibility for each in shaft), *layers])
         return (Parameter("shear_flexibility_change", "%", 0.01, -least, HIGHEST),)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
@@ -47,7 +50,14 @@ class ShearTheory(RotorEffect):
         return np.array([limit * drawn(rng, *NOTICED)])
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        def softer(segment: ShaftSegment) -> ShaftSegment:
-            return dataclasses.replace(segment, shear_flexibility=segment.shear_flexibility + float(theta[0]))
+        def softer(segment: Segment) -> Segment:
+            if isinstance(segment, CouplingSegment):
+                return segment
+            layers = tuple(
+                dataclasses.replace(each, shear_flexibility=each.shear_flexibility + float(theta[0]))
+                for each in segment.layers
+            )
+            flexibility = segment.shear_flexibility + float(theta[0])
+            return dataclasses.replace(segment, shear_flexibility=flexibility, layers=layers)
 
         return dataclasses.replace(rotor, segments=tuple(map(softer, rotor.segments)))

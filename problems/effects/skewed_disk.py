@@ -24,8 +24,9 @@ from ksmea.settings.settings import setting
 from ksmea.units import MILLIRADIAN
 from problems.rotor.extension.effect import SeatedEffect
 from problems.rotor.extension.sizes import VectorSize
-from problems.rotor.finite_elements.data import SAME_PLACE, Disk, Rotor
+from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
 from problems.rotor.finite_elements.loads import forward_load
+from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 5 * MILLIRADIAN  # the rim of a disk of 0.4 m then wobbles by ± 1 mm, which is seen

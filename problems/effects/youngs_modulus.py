@@ -14,7 +14,8 @@ from typing import ClassVar
 from ksmea.arrays import Array
 from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import Size
-from problems.rotor.finite_elements.data import Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import CouplingSegment, Material
 
 LARGEST = 0.2
 NOTICED = (0.003, 0.1)  # of either sign, are drawn
@@ -37,8 +38,11 @@ class YoungsModulus(RotorEffect):
     sizes = (Size("youngs_modulus_change", "%", LARGEST, drawn=NOTICED),)
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        def stiffer(segment: ShaftSegment) -> ShaftSegment:
-            modulus = segment.material.young_modulus * (1 + float(theta[0]))
-            return dataclasses.replace(segment, material=dataclasses.replace(segment.material, young_modulus=modulus))
+        def stiffer(material: Material) -> Material:
+            return dataclasses.replace(material, young_modulus=material.young_modulus * (1 + float(theta[0])))
 
-        return dataclasses.replace(rotor, segments=tuple(map(stiffer, rotor.segments)))
+        segments = (
+            segment if isinstance(segment, CouplingSegment) else segment.with_materials(stiffer)
+            for segment in rotor.segments
+        )
+        return dataclasses.replace(rotor, segments=tuple(segments))

@@ -14,8 +14,9 @@ from ksmea.nonlinear.laws import LAWS
 from ksmea.problem.case import Case
 from ksmea.problem.load import Load
 from problems.rotor.finite_elements.assembly import assemble
-from problems.rotor.finite_elements.data import Disk, UnbalancePlane
+from problems.rotor.finite_elements.data import UnbalancePlane
 from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance, unit_loads
+from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response import dense
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk

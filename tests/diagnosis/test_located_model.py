@@ -11,7 +11,8 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.records.location import LocationRecord
 from ksmea.show.location_text import text
-from problems.rotor.finite_elements.data import Disk, UnbalancePlane
+from problems.rotor.finite_elements.data import UnbalancePlane
+from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response import dense
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk

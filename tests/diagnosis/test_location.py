@@ -16,8 +16,8 @@ from ksmea.problem.case import Case
 from ksmea.problem.load import Load
 from ksmea.records.location import UNSEEN
 from problems.rotor.finite_elements.assembly import assemble
-from problems.rotor.finite_elements.data import Disk
 from problems.rotor.finite_elements.loads import unit_loads
+from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response import dense
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk

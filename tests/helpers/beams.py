@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 
 from problems.rotor.finite_elements.assembly import Matrices, assemble_free, node_dof
-from problems.rotor.finite_elements.data import Material, Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import Material, ShaftSegment
 from problems.rotor.finite_elements.shaft import shear_coefficient
 
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)

@@ -7,7 +7,8 @@ import numpy as np
 from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Unknown
 

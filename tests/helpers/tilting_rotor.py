@@ -1,7 +1,8 @@
 """A rotor that bounces and pitches as a rigid body, in closed form."""
 
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 
 STIFFNESS, DAMPING = 1e5, 40.0  # of each bearing, N/m and N s/m
 HALF_SPAN = 0.3  # m

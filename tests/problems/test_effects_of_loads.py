@@ -11,7 +11,7 @@ from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import SpeedHistory
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
-from problems.rotor.finite_elements.data import Disk
+from problems.rotor.finite_elements.segments import Disk
 from problems.three_disk import ThreeDisk
 from rigid_rotor import DAMPING, MASS, NATURAL, STIFFNESS, problem_of, rigid_rotor
 

@@ -8,7 +8,7 @@ import pytest
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
 from problems.rotor.extension.short_bearing import eccentricity_ratio, film_coefficients, modified_sommerfeld
-from problems.rotor.finite_elements.data import Disk
+from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.free_motion.static_load import GRAVITY, weight_shares
 from problems.rotor.response.dense import dense_response
 from problems.rotor.response.unknowns import rotor_at

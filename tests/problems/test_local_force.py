@@ -10,7 +10,7 @@ from ksmea.nonlinear.laws import LAWS, MOMENT_LAWS, LinearLaw, NonlinearLaw
 from ksmea.plugins import registry
 from ksmea.problem.load import Load
 from problems.rotor.extension.effect import rotor_mass, stiffness_scale
-from problems.rotor.finite_elements.data import Disk
+from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 

@@ -10,7 +10,7 @@ from ksmea.errors import SettingError
 from problems.rk4 import DISK_MASS, LAYOUTS, RK4, rk4_rotor, solid_thickness
 from problems.rotor.finite_elements.assembly import assemble, displacement_row
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Material
+from problems.rotor.finite_elements.segments import Material
 from problems.rotor.free_motion.critical_speeds import critical_speeds
 from problems.rotor.response.unknowns import rotor_at
 

@@ -13,7 +13,8 @@ from ksmea.errors import SettingError
 from problems.rk4_two_disk import DISK_MASS, LAYOUTS, RK4TwoDisk, two_disk_rotor
 from problems.rotor.finite_elements.assembly import assemble
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import Disk, Material
 from problems.rotor.free_motion.critical_speeds import critical_speeds
 from problems.rotor.free_motion.modes import natural_modes
 from problems.rotor.response.unknowns import rotor_at

@@ -12,7 +12,8 @@ from ksmea.plugins import registry
 from ksmea.problem.parameters import Parameter
 from problems.rotor.finite_elements.assembly import assemble_free, displacement_row, node_dof
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Disk, Hub, Rotor, UnbalancePlane
+from problems.rotor.finite_elements.data import Hub, Rotor, UnbalancePlane
+from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.finite_elements.shaft import shear_coefficient
 from problems.rotor.free_motion.modes import natural_frequencies, natural_modes
 from problems.rotor.free_motion.static_load import buckling_load

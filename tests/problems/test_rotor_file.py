@@ -11,7 +11,8 @@ import pytest
 from ksmea.errors import SettingError
 from ksmea.settings.strict_yaml import LARGEST
 from problems.rotor.finite_elements.bearing import COEFFICIENTS, Bearing
-from problems.rotor.finite_elements.data import Disk, UnbalancePlane
+from problems.rotor.finite_elements.data import UnbalancePlane
+from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget
 from problems.rotor_file import RotorFile
 from problems.three_disk import ThreeDisk

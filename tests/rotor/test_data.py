@@ -4,7 +4,8 @@ import pytest
 
 from ksmea.errors import SettingError
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)
 SEGMENT = ShaftSegment(0.5, 0.02, STEEL, 2)

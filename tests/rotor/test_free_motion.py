@@ -11,7 +11,8 @@ from ksmea.plugins import registry
 from ksmea.rotordynamics.whirl import direction_of_whirl
 from ksmea.studies.rotordynamics import RotordynamicsOptions, critical_speeds, rotordynamics
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.free_motion.critical_speeds import critical_speeds as of_whole_rotor
 from problems.rotor.free_motion.modes import undamped_critical_speeds
 from problems.three_disk import ThreeDisk

@@ -11,8 +11,9 @@ from ksmea.plugins import registry
 from ksmea.problem.load import Load
 from problems.rotor.finite_elements.assembly import assemble
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.loads import unit_loads
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.response import dense
 from problems.rotor.response.model import impedances_of
 from problems.rotor.response.receptance import at_harmonic, reduce_rotor

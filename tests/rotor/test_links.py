@@ -14,14 +14,8 @@ from ksmea.problem.load import Load
 from ksmea.problem.parameters import Parameter
 from problems.rotor.finite_elements.assembly import assemble
 from problems.rotor.finite_elements.bearing import COEFFICIENTS, Bearing, Pedestal, SpeedTable
-from problems.rotor.finite_elements.data import (
-    Disk,
-    HousingProbe,
-    Material,
-    Rotor,
-    ShaftSegment,
-    UnbalancePlane,
-)
+from problems.rotor.finite_elements.data import HousingProbe, Rotor, UnbalancePlane
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.free_motion.critical_speeds import critical_speeds
 from problems.rotor.free_motion.modes import eigenpairs, natural_modes
 from problems.rotor.response.model import impedances_of

@@ -7,7 +7,8 @@ import pytest
 
 from problems.rotor.finite_elements.assembly import assemble, assemble_free
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Material, Rotor
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import Material
 from problems.rotor.free_motion.critical_speeds import _crossings, critical_speeds
 from problems.rotor.free_motion.modes import natural_frequencies, natural_modes
 from problems.three_disk import ThreeDisk

@@ -11,7 +11,8 @@ from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter
 from problems.rotor.finite_elements.bearing import COEFFICIENTS, MASSES, Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.response import physics as physics_module
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget, Unknown

@@ -7,7 +7,8 @@ import pytest
 
 from ksmea.measurement.channel import Channel
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.finite_elements.shaft import shear_coefficient
 from problems.rotor.response.dense import dense_response
 

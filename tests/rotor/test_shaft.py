@@ -8,8 +8,9 @@ import scipy.linalg
 
 from problems.rotor.finite_elements import shaft
 from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row, node_dof
-from problems.rotor.finite_elements.data import Material, Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import elements, locate
+from problems.rotor.finite_elements.segments import Material, ShaftSegment
 from problems.rotor.free_motion.modes import natural_frequencies
 
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)

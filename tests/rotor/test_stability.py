@@ -12,7 +12,8 @@ from ksmea.rotordynamics.stability import lowest_unstable_speed
 from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.finite_elements.assembly import assemble_free, node_dof
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 from rigid_rotor import DAMPING, NATURAL, STIFFNESS, problem_of, rigid_rotor

@@ -15,8 +15,9 @@ import numpy as np
 
 from ksmea.arrays import Array, Indices
 from problems.rotor.finite_elements import shaft
-from problems.rotor.finite_elements.data import Disk, Rotor
+from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE, Element, element_at, elements, locate
+from problems.rotor.finite_elements.segments import CouplingSegment, ShaftSegment
 
 Of = TypeVar("Of")
 MAX_KEPT = 16  # assembled rotors: many effects leave the rotor as it is, and fits come back to where they were
@@ -77,10 +78,10 @@ def assemble_free(rotor: Rotor) -> Matrices:
     mass = chained([each.mass for each in matrices])
     gyroscopic = chained([each.gyroscopic for each in matrices])
     stiffness = chained([each.stiffness for each in matrices])
-    for disk in rotor.disks:
+    for disk in (*rotor.disks, *rotor.masses):
         at_node = node_dof(rotor.node_at(disk.position, "disk"))
-        mass[np.ix_(at_node, at_node)] += disk_mass(disk)
-        gyroscopic[np.ix_(at_node, at_node)] += disk_gyroscopic(disk)
+        mass[np.ix_(at_node, at_node)] += shaft.disk_mass(disk)
+        gyroscopic[np.ix_(at_node, at_node)] += shaft.disk_gyroscopic(disk)
     circulatory, damping = np.zeros_like(stiffness), np.zeros_like(stiffness)
     if rotor.internal_damping:
         damping = rotor.internal_damping * stiffness
@@ -89,23 +90,34 @@ def assemble_free(rotor: Rotor) -> Matrices:
         damping = damping + rotor.external_damping * chained(of_elements(rotor, shaft.drag))
     if rotor.axial_force:
         stiffness = stiffness + rotor.axial_force * chained(of_elements(rotor, shaft.geometric_stiffness))
+    if not all(isinstance(segment, ShaftSegment) and _is_plain(segment) for segment in rotor.segments):
+        turning = chained(of_elements(rotor, shaft.segment_internal_damping))
+        damping = damping + turning + chained(of_elements(rotor, shaft.segment_damping))
+        circulatory = circulatory + turning @ np.kron(np.eye(len(rotor.node_positions)), AGAINST_SPIN)
+        stiffness = stiffness + chained(of_elements(rotor, shaft.segment_tension))
     for matrix in (mass, damping, gyroscopic, stiffness, circulatory):
         matrix.flags.writeable = False
     return Matrices(mass, damping, gyroscopic, stiffness, circulatory)
 
 
+def _is_plain(segment: ShaftSegment) -> bool:
+    """Whether a segment has no damping or tension of its own."""
+    return not (segment.axial_force or segment.internal_damping or any(segment.standing_damping))
+
+
 def of_elements(rotor: Rotor, matrices: Callable[[Element], Of]) -> list[Of]:
     """What is asked of each element, from left to right, whose place does not matter: each form of element is asked once."""
-    if not rotor.hubs:
+    are_alike = all(isinstance(each, CouplingSegment) or each.is_cylinder for each in rotor.segments)
+    if are_alike and not rotor.hubs:
         of_segment = {segment: matrices(Element(segment, 0.0)) for segment in set(rotor.segments)}
         return [of_segment[segment] for segment in rotor.segments for _ in range(segment.n_element)]
     of_form: dict[object, Of] = {}
     whole = elements(rotor)
     for element in whole:
-        form = element.segment, element.hubs
+        form = element.segment, element.hubs, element.ends
         if form not in of_form:
             of_form[form] = matrices(element)
-    return [of_form[element.segment, element.hubs] for element in whole]
+    return [of_form[element.segment, element.hubs, element.ends] for element in whole]
 
 
 def chained(matrices: Sequence[Array]) -> Array:
@@ -136,19 +148,3 @@ def node_dof(node: int) -> Indices:
 
 def element_dof(element: int) -> slice:
     return slice(DOF_PER_NODE * element, DOF_PER_NODE * (element + 2))
-
-
-def disk_mass(disk: Disk) -> Array:
-    """(4, 4): translation and rotation about a diameter."""
-    return np.diag([disk.mass, disk.mass, disk.diametral_inertia, disk.diametral_inertia])
-
-
-def disk_gyroscopic(disk: Disk) -> Array:
-    """(4, 4), multiplied by Ω in M q̈ + Ω G q̇ + K q = f.
-
-    The disk's angular momentum about its own axis, I_p Ω, turns with the axis (φ_y, −φ_x, 1); its rate of change
-    is I_p Ω (φ̇_y, −φ̇_x).
-    """
-    gyroscopic = np.zeros((4, 4))
-    gyroscopic[2, 3], gyroscopic[3, 2] = disk.polar_inertia, -disk.polar_inertia
-    return gyroscopic

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.errors import SettingError
-from problems.rotor.finite_elements.data import Disk, Hub, Material, Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Hub, Rotor
+from problems.rotor.finite_elements.segments import CouplingSegment, Disk, Material, Segment, ShaftSegment
 
 DOF_PER_NODE = 4  # x, y, rotation about x, rotation about y
 
@@ -19,9 +20,13 @@ DOF_PER_NODE = 4  # x, y, rotation about x, rotation about y
 class Element:
     """A piece of a shaft segment between two neighbouring nodes."""
 
-    segment: ShaftSegment
+    segment: Segment
     start: float  # m
     hubs: tuple[tuple[float, float, float], ...] = ()  # from, to as fractions of its length; stiffening
+    ends: tuple[float, float] = (
+        0.0,
+        1.0,
+    )  # of it as fractions of its segment, where that is not constant along its length
 
     @property
     def length(self) -> float:  # m
@@ -30,9 +35,16 @@ class Element:
 
 def elements(rotor: Rotor) -> tuple[Element, ...]:
     """The elements of a rotor's shaft from left to right; element e lies between nodes e and e + 1."""
-    owners = [segment for segment in rotor.segments for _ in range(segment.n_element)]
-    plain = (Element(owner, start) for owner, start in zip(owners, rotor.node_positions[:-1], strict=True))
+    owners = [(segment, part) for segment in rotor.segments for part in range(segment.n_element)]
+    starts = zip(owners, rotor.node_positions[:-1], strict=True)
+    plain = (_element(owner, part, float(start)) for (owner, part), start in starts)
     return tuple(_with_hubs(element, rotor.hubs) for element in plain) if rotor.hubs else tuple(plain)
+
+
+def _element(segment: Segment, part: int, start: float) -> Element:
+    if isinstance(segment, CouplingSegment) or segment.is_cylinder:
+        return Element(segment, start)
+    return Element(segment, start, (), (part / segment.n_element, (part + 1) / segment.n_element))
 
 
 def _with_hubs(element: Element, hubs: Sequence[Hub]) -> Element:
@@ -51,8 +63,9 @@ def _with_hubs(element: Element, hubs: Sequence[Hub]) -> Element:
 def element_at(rotor: Rotor, index: int) -> Element:
     """One of these."""
     ends = np.cumsum([segment.n_element for segment in rotor.segments])
-    owner = rotor.segments[int(np.searchsorted(ends, index, side="right"))]
-    element = Element(owner, float(rotor.node_positions[index]))
+    place = int(np.searchsorted(ends, index, side="right"))
+    owner = rotor.segments[place]
+    element = _element(owner, index - int(ends[place]) + owner.n_element, float(rotor.node_positions[index]))
     return _with_hubs(element, rotor.hubs) if rotor.hubs else element
 
 
@@ -66,7 +79,13 @@ def locate(rotor: Rotor, position: float) -> tuple[int, float]:
 
 def diameter_at(rotor: Rotor, position: float) -> float:
     """Of the shaft at a position (m), m; at a step that to its right."""
-    return 2 * element_at(rotor, locate(rotor, position)[0]).segment.outer_radius
+    element = element_at(rotor, locate(rotor, position)[0])
+    segment = element.segment
+    left, right = segment.outer_radius, getattr(segment, "outer_radius_right", None)
+    if right is None:
+        return 2 * left
+    start = element.start - element.ends[0] * segment.length
+    return 2 * (left + (right - left) * min(max((position - start) / segment.length, 0.0), 1.0))
 
 
 def share_elements(n_element: int, lengths: Sequence[float]) -> tuple[int, ...]:

@@ -21,8 +21,9 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.measurement.channel import cosines
-from problems.rotor.finite_elements.data import ShaftSegment
 from problems.rotor.finite_elements.mesh import Element
+from problems.rotor.finite_elements.sections import cowper, right_end, rings
+from problems.rotor.finite_elements.segments import CouplingSegment, Disk, ShaftSegment
 
 IN_X_PLANE, IN_Y_PLANE = [0, 3], [1, 2]  # of a node's (x, y, φ_x, φ_y)
 # Which degrees of freedom of the element each bending plane uses, and with which sign: (4, 8).
@@ -36,6 +37,7 @@ GAUSS_POINTS, GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2, n
 
 
 Shapes = Callable[[float, float, Array | float], Array]  # of length, Φ and fractions
+BETWEEN_ENDS = np.array([[1.0, -1.0], [-1.0, 1.0]])
 MAX_KEPT = 1024  # integrals and rows that are made again and again
 
 
@@ -49,16 +51,14 @@ class ElementMatrices:
 
 
 def shear_coefficient(segment: ShaftSegment) -> float:
-    """Cowper's shear coefficient κ of a solid or hollow circular section, J. Appl. Mech. 33 (1966) 335–340,
-    doi 10.1115/1.3625046: 6(1 + ν)(1 + m²)² / ((7 + 6ν)(1 + m²)² + (20 + 12ν)m²) with m = r_i/r_o."""
-    nu = segment.material.poisson_ratio
-    m2 = (segment.inner_radius / segment.outer_radius) ** 2
-    return 6 * (1 + nu) * (1 + m2) ** 2 / ((7 + 6 * nu) * (1 + m2) ** 2 + (20 + 12 * nu) * m2)
+    """κ of a cylinder: Cowper's if none is given."""
+    ratio_squared = (segment.inner_radius / segment.outer_radius) ** 2
+    return segment.shear_coefficient or float(cowper(segment.material.poisson_ratio, ratio_squared))
 
 
 def shear_parameter(element: Element) -> float:
     """Φ = 12EI/(κGAl²), the flexibility in shear relative to that in bending; 0 for Euler–Bernoulli."""
-    segment = element.segment
+    segment = cylinder(element)
     shear_stiffness = shear_coefficient(segment) * segment.material.shear_modulus * segment.area
     of_timoshenko = 12 * segment.material.young_modulus * segment.second_moment / (shear_stiffness * element.length**2)
     return segment.shear_flexibility * of_timoshenko
@@ -107,37 +107,120 @@ def slope_shapes(length: float, phi: float, fraction: Array | float) -> Array:
     ) / (1 + phi)
 
 
+def cylinder(element: Element) -> ShaftSegment:
+    """The segment of an element, one constant ring."""
+    assert isinstance(element.segment, ShaftSegment) and element.segment.is_cylinder, (
+        "a coupling, cone or layered shaft"
+    )
+    return element.segment
+
+
+def is_cylinder(element: Element) -> bool:
+    return isinstance(element.segment, ShaftSegment) and element.segment.is_cylinder
+
+
 def element_matrices(element: Element) -> ElementMatrices:
     """Consistent matrices of an element, both bending planes and their gyroscopic coupling."""
+    if isinstance(element.segment, CouplingSegment):
+        return _coupling_matrices(element.segment)
     segment = element.segment
-    density = segment.material.density
-    translation = density * segment.area * _integral_of_products(deflection_shapes, element)
-    rotation = density * segment.second_moment * _integral_of_products(rotation_shapes, element)
+    if segment.is_cylinder:
+        density = segment.material.density
+        translation = density * segment.area * _integral_of_products(deflection_shapes, element)
+        rotation = density * segment.second_moment * _integral_of_products(rotation_shapes, element)
+        stiffness = stiffness_under_hubs(element) if element.hubs else plane_stiffness(element)
+    else:
+        own = rings(element)
+        inertia = np.sum([ring.inertia for ring in own if ring.has_mass], axis=0)
+        translation, rotation = inertia
+        stiffness = np.sum([ring.stiffness for ring in own if ring.has_stiffness], axis=0)
     polar = 2 * rotation  # a circular section's polar moment is twice that about a diameter
-    stiffness = stiffness_under_hubs(element) if element.hubs else plane_stiffness(element)
+    mass = translation + rotation if segment.rotary_inertia else translation
+    gyroscopic = X_PLANE.T @ polar @ Y_PLANE - Y_PLANE.T @ polar @ X_PLANE
     return ElementMatrices(
-        mass=_in_both_planes(translation + rotation),
+        mass=_in_both_planes(mass),
         # Spin Ω turns a rotation rate φ̇_y into a moment I_p Ω φ̇_y about x, and φ̇_x into −I_p Ω φ̇_x about y.
-        gyroscopic=X_PLANE.T @ polar @ Y_PLANE - Y_PLANE.T @ polar @ X_PLANE,
+        gyroscopic=gyroscopic if segment.gyroscopic else np.zeros_like(gyroscopic),
         stiffness=_in_both_planes(stiffness),
     )
 
 
+def _coupling_matrices(coupling: CouplingSegment) -> ElementMatrices:
+    """Springs between its two ends, and what its ends carry."""
+    mass, gyroscopic = np.zeros((8, 8)), np.zeros((8, 8))
+    for start, end in zip((0, 4), coupling.ends()):
+        here = slice(start, start + 4)
+        mass[here, here], gyroscopic[here, here] = disk_mass(end), disk_gyroscopic(end)
+    springs = np.diag([*coupling.stiffness, *coupling.angular_stiffness])
+    return ElementMatrices(mass, gyroscopic, np.kron(BETWEEN_ENDS, springs))
+
+
+def segment_damping(element: Element) -> Array:
+    """Damping of an element on the ground, (8, 8) N s/m: of a coupling, or in proportion to the mass and stiffness of a shaft."""
+    if isinstance(element.segment, CouplingSegment):
+        dampers = np.diag([*element.segment.damping, *element.segment.angular_damping])
+        return np.asarray(np.kron(BETWEEN_ENDS, dampers))
+    of_mass, of_stiffness = element.segment.standing_damping
+    if not of_mass and not of_stiffness:
+        return np.zeros((8, 8))
+    own = element_matrices(element)
+    return of_mass * own.mass + of_stiffness * own.stiffness
+
+
+def segment_internal_damping(element: Element) -> Array:
+    """That of the turning shaft, (8, 8) N s/m."""
+    if isinstance(element.segment, CouplingSegment) or not element.segment.internal_damping:
+        return np.zeros((8, 8))
+    return element.segment.internal_damping * element_matrices(element).stiffness
+
+
+def segment_tension(element: Element) -> Array:
+    """Stiffness by the tension of its own segment, (8, 8) N/m."""
+    if isinstance(element.segment, CouplingSegment) or not element.segment.axial_force:
+        return np.zeros((8, 8))
+    return element.segment.axial_force * geometric_stiffness(element)
+
+
 def drag(element: Element) -> Array:
     """Damping per N s/m² of what surrounds the shaft and stands still, (8, 8) m: the force −c ẇ on each length."""
+    if isinstance(element.segment, CouplingSegment):
+        return np.zeros((8, 8))
+    if not is_cylinder(element):
+        return _in_both_planes(rings(element)[0].products(0))
     return _in_both_planes(_integral_of_products(deflection_shapes, element))
 
 
 def geometric_stiffness(element: Element) -> Array:
     """Stiffness per N of tension, (8, 8) 1/m: an axial force does the work ½ N ∫ (dw/dz)² dz (Nelson 1980)."""
+    if isinstance(element.segment, CouplingSegment):
+        return np.zeros((8, 8))
+    if not is_cylinder(element):
+        return _in_both_planes(rings(element)[0].products(2))
     return _in_both_planes(_integral_of_products(slope_shapes, element))
+
+
+def disk_mass(disk: Disk) -> Array:
+    """(4, 4): translation and rotation about a diameter."""
+    return np.diag([disk.mass, disk.mass, disk.diametral_inertia, disk.diametral_inertia])
+
+
+def disk_gyroscopic(disk: Disk) -> Array:
+    """(4, 4), multiplied by Ω in M q̈ + Ω G q̇ + K q = f.
+
+    The disk's angular momentum about its own axis, I_p Ω, turns with the axis (φ_y, −φ_x, 1); its rate of change
+    is I_p Ω (φ̇_y, −φ̇_x).
+    """
+    gyroscopic = np.zeros((4, 4))
+    gyroscopic[2, 3], gyroscopic[3, 2] = disk.polar_inertia, -disk.polar_inertia
+    return gyroscopic
 
 
 def plane_stiffness(element: Element) -> Array:
     """Stiffness of one bending plane, (4, 4), with shear (Nelson 1980, appendix)."""
     length, phi = element.length, shear_parameter(element)
     near, far = (4 + phi) * length**2, (2 - phi) * length**2
-    bending = element.segment.material.young_modulus * element.segment.second_moment
+    segment = cylinder(element)
+    bending = segment.material.young_modulus * segment.second_moment
     return (bending / (length**3 * (1 + phi))) * np.array(
         [
             [12, 6 * length, -12, 6 * length],
@@ -150,19 +233,17 @@ def plane_stiffness(element: Element) -> Array:
 
 def stiffness_under_hubs(element: Element) -> Array:
     """The same, (4, 4), where hubs make parts of the element stiffer in bending."""
-    relative = motion_of_right_end(element)
+    relative = right_end(element.length)
     return np.asarray(relative.T @ np.linalg.solve(flexibility_under_hubs(element), relative))
-
-
-def motion_of_right_end(element: Element) -> Array:
-    """Deflection and rotation of the right end of an element as seen from the left one, (2, 4), in one bending plane."""
-    return np.array([[-1, -element.length, 1, 0], [0, -1, 0, 1]])
 
 
 def flexibility_under_hubs(element: Element) -> Array:
     """That motion per force and moment at the right end, (2, 2), the sum of an element's parts': with its left end held and P, M at
     its right one, the bending moment is P a + M at a distance a from there."""
-    length, segment = element.length, element.segment
+    if not is_cylinder(element):
+        stiffnesses = (np.linalg.inv(ring.flexibility) for ring in rings(element) if ring.has_stiffness)
+        return np.asarray(np.linalg.inv(sum(stiffnesses)))
+    length, segment = element.length, cylinder(element)
     bending = segment.material.young_modulus * segment.second_moment
     flexibility = np.diag([shear_parameter(element) * length**3 / (12 * bending), 0.0])
     for left, right in pairwise(sorted({0.0, 1.0, *(edge for hub in element.hubs for edge in hub[:2])})):
@@ -174,7 +255,14 @@ def flexibility_under_hubs(element: Element) -> Array:
 
 def displacement_row(element: Element, fraction: float, direction: str) -> Array:
     """The row (8,) that reads the deflection in a direction at a fraction of the element from its degrees of freedom."""
-    return _deflection_row(element.length, shear_parameter(element), fraction, direction)
+    if is_cylinder(element):
+        return _deflection_row(element.length, shear_parameter(element), fraction, direction)
+    along_x, along_y = cosines(direction)
+    if isinstance(element.segment, CouplingSegment):  # straight between its ends
+        shapes = np.array([1 - fraction, 0.0, fraction, 0.0])
+    else:
+        shapes = rings(element)[0].shapes(fraction)[0]
+    return np.asarray(shapes @ (along_x * X_PLANE + along_y * Y_PLANE))
 
 
 @lru_cache(MAX_KEPT)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import ShaftSegment
 from problems.rotor.free_motion.support import Support
 
 
@@ -29,7 +30,12 @@ def is_passive(
 ) -> bool:
     """Whether nothing of a rotor can feed a free motion at any of the speeds at which its springs N/m, dampers N s/m and masses kg are
     given, (…, 2, 2) each; its own bearings are not looked at."""
-    shaft_takes_energy = rotor.internal_damping == 0 and rotor.axial_force >= 0
+    shaft = [segment for segment in rotor.segments if isinstance(segment, ShaftSegment)]
+    shaft_takes_energy = (
+        rotor.internal_damping == 0
+        and all(segment.internal_damping == 0 for segment in shaft)
+        and all(rotor.axial_force + segment.axial_force >= 0 for segment in shaft)
+    )
     supports_take_energy = all(
         np.all(each.spring >= 0) and np.all(each.mass >= 0) and 0 <= each.loss_factor < 1 for each in supports
     )
