@@ -23,7 +23,7 @@ from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter, Parameters, middles
 from ksmea.problem.problem import Problem
 from ksmea.rotor_drawing import RotorDrawing
-from ksmea.rotordynamics.modes import Campbell, Mode
+from ksmea.rotordynamics.whirl import Campbell, Mode
 from ksmea.studies.rotordynamics import RotordynamicsOptions, rotordynamics
 
 YAML = (".yaml", ".yml")

@@ -21,7 +21,7 @@ from ksmea.problem.forwarding import ProblemProxy
 from ksmea.problem.load import Load
 from ksmea.problem.parameters import PHASE_ORIGIN, Parameter, Parameters
 from ksmea.problem.problem import Problem
-from ksmea.rotordynamics.modes import Campbell, Mode
+from ksmea.rotordynamics.whirl import Campbell, Mode
 from ksmea.units import GRAM_MILLIMETRE
 
 LARGEST_WEIGHT = 1000.0  # times the largest unbalance that the model may have; more is a slip or another unit

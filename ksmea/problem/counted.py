@@ -12,7 +12,7 @@ from ksmea.numerics.meter import Meter
 from ksmea.problem.forwarding import ProblemProxy
 from ksmea.problem.load import Load
 from ksmea.problem.problem import Problem
-from ksmea.rotordynamics.modes import Campbell, Mode
+from ksmea.rotordynamics.whirl import Campbell, Mode
 
 Seen = Callable[[Array, ComplexArray, int], None]
 

@@ -20,8 +20,8 @@ from ksmea.numerics.differences import CUBE_STEP, differenced
 from ksmea.problem.load import Load
 from ksmea.problem.parameters import PHASE_ORIGIN, Parameters
 from ksmea.problem.response_structure import UnknownImpedance
-from ksmea.rotordynamics.modes import Campbell, Mode
 from ksmea.rotordynamics.stability import grows_nowhere, lowest_unstable_speed
+from ksmea.rotordynamics.whirl import Campbell, Mode
 
 
 class Given:

@@ -145,3 +145,22 @@ def roundness(x: ComplexArray, y: ComplexArray) -> Array:
     power = np.abs(x) ** 2 + np.abs(y) ** 2
     moving = power > STILL**2 * power.max()
     return np.where(moving, 2 * np.imag(x * y.conj()) / np.where(moving, power, 1.0), np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """One damped mode at one speed."""
+
+    frequency: float  # damped, rad/s
+    damping_ratio: float
+    whirl: str  # forward, backward, or mixed where nodes differ or move along lines
+    shape: ComplexArray  # (n_node, 4): x, y, φ_x, φ_y, scaled to a largest deflection of 1
+
+
+@dataclass(frozen=True, eq=False)
+class Campbell:
+    """Natural frequencies over spin speed, each row rising; NaN where a speed has fewer oscillating modes."""
+
+    speed: Array  # (n_speed,) rad/s
+    frequency: Array  # (n_speed, n_mode) damped, rad/s
+    damping_ratio: Array  # (n_speed, n_mode); below 0: unstable

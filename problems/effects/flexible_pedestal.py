@@ -1,6 +1,6 @@
 """Flexible pedestals: each bearing stands on a spring with a mass, so that the shaft feels both in series.
 
-At a compliance of 0 it is rigid, whatever its mass (`problems/rotor/free_motion/support.py`). All pedestals are alike, and probes
+At a compliance of 0 it is rigid, whatever its mass (`problems/rotor/finite_elements/bearing.py`). All pedestals are alike, and probes
 measure against the ground.
 
 J. C. Nicholas, J. K. Whalen & S. D. Franklin, Improving critical speed calculations using flexible bearing support FRF
@@ -18,7 +18,7 @@ from ksmea.arrays import Array
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import RotorEffect, rotor_mass, stiffness_scale
 from problems.rotor.extension.sizes import Size
-from problems.rotor.free_motion.support import Support
+from problems.rotor.finite_elements.bearing import Support
 
 SOFTEST = 2.0  # times the compliance of the stiffest bearing; a softer one is no pedestal
 HEAVIEST = 0.5  # of the rotor

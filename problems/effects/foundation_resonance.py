@@ -1,7 +1,7 @@
 """Foundation resonance: all bearings stand on one block, which moves along one axis as a mass on a spring.
 
 With a = s/(1 + iη − s Ω² m) its compliance and F_b the force on bearing b, the block moves by v = a Σ F_b and takes all bearings along
-(`problems/rotor/free_motion/support.py`); at a compliance of 0 it is rigid, whatever its mass. It has a resonance of its own at √(1/(s m)), in one
+(`problems/rotor/finite_elements/bearing.py`); at a compliance of 0 it is rigid, whatever its mass. It has a resonance of its own at √(1/(s m)), in one
 axis alone: foundations are stiffer upwards than sideways, and each axis is an effect by itself. A flexible pedestal is another thing:
 each bearing has its own, with one mass for both axes, and one bearing moves on it without the other. A block does not feel modes in
 which the bearings push against each other, and pedestals do. Probes measure against the ground; rocking is left out.
@@ -24,7 +24,7 @@ from ksmea.measurement.channel import DIRECTIONS
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import RotorEffect, rotor_mass, stiffness_scale
 from problems.rotor.extension.sizes import Size
-from problems.rotor.free_motion.support import Support
+from problems.rotor.finite_elements.bearing import Support
 from problems.rotor.response.problem import RotorProblem
 
 SOFTEST = 2.0  # times the compliance of the stiffest bearing, as of a pedestal

@@ -31,7 +31,7 @@ from ksmea.units import DEGREE
 from problems.rotor.extension.effect import RotorEffect, stiffness_scale
 from problems.rotor.extension.short_bearing import eccentricity_ratio, film_coefficients
 from problems.rotor.extension.sizes import Size
-from problems.rotor.finite_elements.data import inverse, product
+from problems.rotor.finite_elements.bearing import inverse, product
 from problems.rotor.finite_elements.mesh import element_at, locate
 from problems.rotor.free_motion.static_load import weight_shares
 from problems.rotor.response.problem import RotorProblem

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.plugins import registry
-from problems.rotor.free_motion.support import in_series
+from problems.rotor.finite_elements.bearing import in_series
 
 
 def effect(name, **settings):

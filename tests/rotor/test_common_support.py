@@ -5,7 +5,7 @@ import pytest
 
 from ksmea.plugins import registry
 from problems.rotor.finite_elements.assembly import assemble_free, node_dof
-from problems.rotor.free_motion.support import on_common
+from problems.rotor.finite_elements.bearing import on_common
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 from rigid_rotor import NATURAL, STIFFNESS, problem_of, rigid_rotor

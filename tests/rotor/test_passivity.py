@@ -7,8 +7,8 @@ import pytest
 
 from ksmea.plugins import registry
 from ksmea.problem.problem import Problem
-from problems.rotor.free_motion.passivity import is_passive
-from problems.rotor.free_motion.support import Support
+from problems.rotor.finite_elements.bearing import Support
+from problems.rotor.free_motion.stability import is_passive
 from problems.three_disk import ThreeDisk
 
 SETTINGS = ThreeDisk(sensors=[0.1], n_speed=9)

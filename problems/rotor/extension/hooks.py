@@ -19,8 +19,8 @@ from ksmea.problem.parameters import Parameter, name_at
 from ksmea.problem.problem import Given
 from problems.rotor.extension.run_up import Sweep
 from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.finite_elements.bearing import Support
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.free_motion.support import Support
 from problems.rotor.response.problem import RotorProblem
 
 

@@ -21,9 +21,9 @@ from ksmea.problem.parameters import Parameter, Parameters
 from problems.rotor.extension.hooks import RotorHooks, effect_unknowns
 from problems.rotor.extension.run_up import Sweep
 from problems.rotor.extension.site_law import Force, SiteLaw, split_by_law, with_linear_forces
+from problems.rotor.finite_elements.bearing import Support, in_series_with, ports_on
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
-from problems.rotor.free_motion.support import Support, in_series_with, ports_on
 from problems.rotor.response.links import Impedance
 from problems.rotor.response.model import impedances_of
 from problems.rotor.response.problem import RotorProblem

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from problems.rotor.finite_elements.bearing import LARGEST, Bearing
@@ -156,14 +156,3 @@ class Rotor:
             raise SettingError(
                 f"{what} at {position:g} m: expected a position on the shaft, from 0 to {self.length:g} m"
             )
-
-
-def product(one: ComplexArray | Array, other: ComplexArray | Array) -> ComplexArray:
-    """Matrix products (2, 2, …)."""
-    return np.asarray(one[:, 0, None] * other[None, 0] + one[:, 1, None] * other[None, 1])
-
-
-def inverse(matrices: ComplexArray | Array) -> ComplexArray:
-    """Inverse matrices (2, 2, …)."""
-    (a, b), (c, d) = matrices
-    return np.array([[d, -b], [-c, a]]) / (a * d - b * c)

@@ -20,23 +20,22 @@ from ksmea.rotordynamics.free_rotor import FreeRotor
 from ksmea.rotordynamics.layout import EffectMark, RotorLayout
 from ksmea.rotordynamics.whirl import Motions
 from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row
-from problems.rotor.finite_elements.bearing import Pedestal
+from problems.rotor.finite_elements.bearing import Pedestal, Support
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.free_motion.layout import layout_of
 from problems.rotor.free_motion.modes import OVERDAMPED, undamped_critical_speeds
-from problems.rotor.free_motion.passivity import is_passive
 from problems.rotor.free_motion.stability import (
     Held,
     LowModes,
     Pencil,
     finite_eigenvalues,
     growth_rate,
+    is_passive,
     low_modes,
     pencils_of,
     symmetric,
 )
-from problems.rotor.free_motion.support import Support
 
 N_MODE = 30  # of the rotor on nominal springs, besides its deflections under forces at its ports
 AT_REST = 1e-7  # of the middle one of all frequencies: slower motions are those of a rotor that nothing holds

@@ -14,9 +14,9 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.measurement.channel import Channel
 from ksmea.rotordynamics.layout import BearingPlace, DiskOutline, EffectMark, RotorLayout, ShaftSection, UnbalanceMark
+from problems.rotor.finite_elements.bearing import Support
 from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
 from problems.rotor.finite_elements.segments import CouplingSegment, Disk, Layer, Segment, ShaftSegment
-from problems.rotor.free_motion.support import Support
 
 
 def layout_of(

@@ -18,8 +18,7 @@ import numpy as np
 import scipy.linalg
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.rotordynamics.modes import Campbell, Mode
-from ksmea.rotordynamics.whirl import direction_of_whirl
+from ksmea.rotordynamics.whirl import Campbell, Mode, direction_of_whirl
 from problems.rotor.finite_elements.assembly import Matrices, assemble, assemble_free, node_dof
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
