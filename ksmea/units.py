@@ -22,19 +22,37 @@ KILONEWTON_SECOND_PER_METRE = 1e3  # N s/m
 MICROMETRE_PER_KILONEWTON = 1e-9  # m/N
 GIGAPASCAL = 1e9  # Pa
 
+POUND_FORCE = 4.4482216152605  # N, exact by definition
+POUND_FORCE_PER_INCH = POUND_FORCE / INCH  # N/m
+
 # Units that a file may use, by the quantity, with their size in SI.
 SI_PER_UNIT = {
-    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": INCH},
-    "modulus": {"Pa": 1.0, "MPa": 1e6, "GPa": GIGAPASCAL},
-    "density": {"kg/m3": 1.0, "g/cm3": 1e3},
-    "mass": {"kg": 1.0, "g": 1e-3, "lb": POUND},
-    "inertia": {"kg m2": 1.0, "kg mm2": 1e-6, "g mm2": 1e-9},
-    "stiffness": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "MN/m": 1e6, "kN/mm": 1e6, "N/um": 1e6},
-    "damping": {"N s/m": 1.0, "kN s/m": 1e3, "N s/mm": 1e3, "kN s/mm": 1e6},
-    "unbalance": {"kg m": 1.0, "g m": 1e-3, "kg mm": 1e-3, "g mm": GRAM_MILLIMETRE, "oz in": OUNCE * INCH},
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": INCH, "ft": 12 * INCH, "mil": 1e-3 * INCH, "thou": 1e-3 * INCH},
+    "modulus": {
+        "Pa": 1.0, "MPa": 1e6, "GPa": GIGAPASCAL, "N/mm2": 1e6, "psi": POUND_FORCE / INCH**2, "ksi": 1e3 * POUND_FORCE / INCH**2,
+    },
+    "density": {"kg/m3": 1.0, "g/cm3": 1e3, "lb/in3": POUND / INCH**3, "lb/ft3": POUND / (12 * INCH) ** 3},
+    "mass": {"kg": 1.0, "g": 1e-3, "lb": POUND, "oz": OUNCE, "lbf s2/in": POUND_FORCE_PER_INCH, "t": 1e3},
+    "inertia": {
+        "kg m2": 1.0, "kg mm2": 1e-6, "g mm2": 1e-9, "kg cm2": 1e-4, "lb in2": POUND * INCH**2, "lb ft2": POUND * (12 * INCH) ** 2,
+        "lbf in s2": POUND_FORCE * INCH,
+    },
+    "stiffness": {
+        "N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "MN/m": 1e6, "kN/mm": 1e6, "N/um": 1e6, "lbf/in": POUND_FORCE_PER_INCH,
+    },
+    "damping": {
+        "N s/m": 1.0, "kN s/m": 1e3, "N s/mm": 1e3, "kN s/mm": 1e6, "MN s/m": 1e6, "lbf s/in": POUND_FORCE_PER_INCH,
+    },
+    "force": {"N": 1.0, "kN": 1e3, "lbf": POUND_FORCE},
+    "angular_stiffness": {"N m/rad": 1.0, "kN m/rad": 1e3, "MN m/rad": 1e6, "lbf in/rad": POUND_FORCE * INCH},
+    "angular_damping": {"N m s/rad": 1.0, "kN m s/rad": 1e3, "lbf in s/rad": POUND_FORCE * INCH},
+    "unbalance": {
+        "kg m": 1.0, "g m": 1e-3, "kg mm": 1e-3, "g mm": GRAM_MILLIMETRE, "g cm": 1e-5, "oz in": OUNCE * INCH, "lb in": POUND * INCH,
+        "g in": 1e-3 * INCH,
+    },
     "angle": {"rad": 1.0, "deg": DEGREE},
     "speed": {"rad/s": 1.0, "rpm": RPM, "Hz": HERTZ},
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 from ksmea.errors import SettingError
 from ksmea.plugins.source import ProblemSettings
@@ -15,7 +16,8 @@ from ksmea.settings.document import Block
 from ksmea.settings.settings import setting
 from ksmea.settings.strict_yaml import parse, read_bytes
 from problems.rotor.response.problem import RotorProblem
-from problems.rotor_document import RotorDescription, read_description
+from problems.rotor_document.description import RotorDescription, read_description
+from problems.rotor_document.tables import RotorSheets
 from problems.rotor_settings import MAX_ELEMENTS
 
 
@@ -51,8 +53,10 @@ class RotorFile(ProblemSettings):
         return dict(self._description.reference)
 
     def fingerprint(self) -> str:
-        """Hash of the file's content, which the settings name but do not hold: a changed file is another problem."""
-        return hashlib.sha256(self._content).hexdigest()[:16]
+        """Hash of what the settings name but do not hold, the content of the file and of tables that it names: a changed file is another
+        problem."""
+        tables = [content for _, content in sorted(self._description.tables.items())]
+        return hashlib.sha256(b"".join([self._content, *tables])).hexdigest()[:16]
 
     @cached_property
     def _content(self) -> bytes:
@@ -60,4 +64,5 @@ class RotorFile(ProblemSettings):
 
     @cached_property
     def _description(self) -> RotorDescription:
-        return read_description(Block.of_document(self.file, parse(self._content, self.file)), self.mesh)
+        document = Block.of_document(self.file, parse(self._content, self.file))
+        return read_description(document, self.mesh, RotorSheets(Path(self.file).parent))

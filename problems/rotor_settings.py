@@ -96,7 +96,7 @@ def check_size(n_element: int, n_speed: int) -> None:
 def check_ports(n_element: int, n_speed: int, *, n_bearing: int, n_plane: int, n_probe: int) -> None:
     """Raise `SettingError` where the motions per force at all speeds would fill the memory."""
     n_row = max(DOF_PER_NODE * (n_element + 1), 2 * n_bearing + n_probe)
-    most = MAX_ENTRIES // (n_row * (2 * n_bearing + n_plane))
+    most = MAX_ENTRIES // (n_row * max(2 * n_bearing + n_plane, 1))
     if n_speed > most:
         raise SettingError(
             f"speeds: expected at most {most} with {n_probe} probes, {n_bearing} bearings, {n_plane} planes, got {n_speed};"

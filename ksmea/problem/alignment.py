@@ -24,10 +24,17 @@ def aligned(problem: Problem, measured: Measurement | Layout) -> Problem:
     """The problem at the speeds and channels of a measurement and in its runs, its phase origin unknown where that of the
     data is.
 
-    Raises `SettingError` where the problem cannot be seen so: a channel or a weight off its shaft, or phases that it has no
+    Raises `SettingError` where the problem lacks something to be compared with data, or cannot be seen so: a channel or a weight off its shaft, or phases that it has no
     use for.
     """
+    if problem.missing:
+        raise SettingError(
+            f"problem: expected {', '.join(problem.missing)}, got none; add them to the rotor file (docs/own_rotor.md), or draw the"
+            " rotor without: python -m bench draw"
+        )
     layout = measured.layout if isinstance(measured, Measurement) else measured
+    if not layout.channels:
+        raise SettingError(f"{layout.source}: expected at least one probe, got none; add probes to the rotor file")
     has_speeds = np.array_equal(problem.speed, layout.speed) and problem.campaign == layout.campaign
     if not (has_speeds and tuple(problem.channels) == tuple(layout.channels)):
         problem = _seen(problem, layout)

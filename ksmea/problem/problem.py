@@ -86,6 +86,11 @@ class Problem(ABC):
         raise self._refusal("can be seen at other speeds and channels", "measure what it has, or give it `at`")
 
     @property
+    def missing(self) -> tuple[str, ...]:
+        """What it lacks to be compared with data, though not to be drawn. Left out: nothing."""
+        return ()
+
+    @property
     def machine(self) -> Problem:
         """What effects are told of: the problem itself; of several runs the machine that all of them saw."""
         return self

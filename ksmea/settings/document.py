@@ -25,6 +25,9 @@ PLAUSIBLE = {
     "inertia": (1e-18, 1e12),  # kg m²
     "stiffness": (1e-9, 1e18),  # N/m
     "damping": (1e-12, 1e15),  # N s/m
+    "force": (1e-9, 1e12),  # N
+    "angular_stiffness": (1e-9, 1e18),  # N m/rad
+    "angular_damping": (1e-12, 1e15),  # N m s/rad
     "unbalance": (1e-18, 1e6),  # kg m
     "angle": (1e-15, 1e6),  # rad
     "speed": (1e-6, 1e6),  # rad/s

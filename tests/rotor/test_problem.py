@@ -9,6 +9,8 @@ import pytest
 
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
+from ksmea.problem.alignment import aligned
 from ksmea.problem.parameters import Parameter
 from problems.rotor.finite_elements.bearing import COEFFICIENTS, MASSES, Bearing
 from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
@@ -241,16 +243,12 @@ def stiffness_unknown(name="k", bearing=0):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"rotor": small_rotor(bearings=())}, "at least one bearing"),
-        ({"rotor": small_rotor(unbalance=())}, "one unbalance plane"),
-        ({"unknowns": ()}, "at least one, got none"),
         ({"unknowns": (stiffness_unknown(bearing=1),)}, "expected a bearing from 0 to 0, got 1"),
         ({"unknowns": (stiffness_unknown(), stiffness_unknown("again"))}, "already set by k"),
         ({"unknowns": (dataclasses.replace(stiffness_unknown(), targets=()),)}, "at least one target"),
         ({"speed": [0.0, 1.0]}, "above 0 rad/s"),
         ({"speed": []}, "above 0 rad/s"),
         ({"speed": [[1.0]]}, "above 0 rad/s"),
-        ({"channels": ()}, "at least one"),
         ({"channels": (Channel(0.6, "x"),)}, "from 0 to 0.5 m"),
     ],
 )
@@ -265,6 +263,18 @@ def test_bad_problem(changes, message):
     with pytest.raises(SettingError, match=message) as caught:
         RotorProblem(**(parts | changes))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["bearings", "unbalance", "unknowns"])
+def test_a_rotor_that_can_only_be_drawn_is_not_compared_with_data(name):
+    """A measurement of it has nothing to be compared with; a drawing asks for none of it."""
+    whole = {"bearings": (Bearing(0.0),), "unbalance": (UnbalancePlane(0.25),)}
+    changed = small_rotor(**{key: () if key == name else part for key, part in whole.items()})
+    unknowns = () if name in ("unknowns", "bearings") else (stiffness_unknown(),)
+    problem = RotorProblem(changed, unknowns, np.array([10.0, 20.0]), (Channel(0.1, "x"),))
+    measured = Measurement(problem.speed, problem.channels, np.zeros((2, 1)), None, "data")
+    with pytest.raises(SettingError, match=f"problem: expected .*{name}.*, got none; add them to the rotor file"):
+        aligned(problem, measured)
 
 
 def test_bad_targets():

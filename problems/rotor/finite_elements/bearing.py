@@ -30,6 +30,7 @@ STIFFNESSES = ("kxx", "kxy", "kyx", "kyy")  # the 2 × 2 matrix of a bearing, ro
 DAMPINGS = ("cxx", "cxy", "cyx", "cyy")
 MASSES = ("mxx", "mxy", "myx", "myy")
 COEFFICIENTS = STIFFNESSES + DAMPINGS + MASSES
+IS_CROSSED = np.array([name[1:] in ("xy", "yx") for name in COEFFICIENTS])
 GROUP_FACTORS = ("stiffness_factor", "damping_factor", "mass_factor")  # on all four entries of K, C, M in a table
 
 MAX_KEPT = 8  # interpolations of a table
@@ -206,6 +207,25 @@ def with_coefficients(of: Coefficients, values: Array) -> Coefficients:
     """A bearing or pedestal with other coefficients (12,), in the order of COEFFICIENTS."""
     numbers: dict[str, Any] = dict(zip(COEFFICIENTS, map(float, values), strict=True))
     return dataclasses.replace(of, **numbers)
+
+
+def mirrored_bearing(bearing: Bearing) -> Bearing:
+    """The bearing with y reversed: cross-coupled coefficients change sign."""
+    signs = np.where(IS_CROSSED, -1.0, 1.0)
+    changed = with_coefficients(bearing, signs * numbers_of(bearing))
+    if bearing.table is not None:
+        changed = dataclasses.replace(changed, table=_times(bearing.table, signs))
+    if (pedestal := bearing.pedestal) is not None:
+        own = with_coefficients(pedestal, signs * numbers_of(pedestal))
+        if pedestal.dynamic_stiffness is not None:
+            of_measured = np.array([1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0])
+            own = dataclasses.replace(own, dynamic_stiffness=_times(pedestal.dynamic_stiffness, of_measured))
+        changed = dataclasses.replace(changed, pedestal=own)
+    return changed
+
+
+def _times(table: SpeedTable, signs: Array) -> SpeedTable:
+    return SpeedTable(table.speed, tuple(tuple(map(float, signs * row)) for row in table.rows))
 
 
 def _matrices(bearing: Bearing | Pedestal) -> tuple[Array, Array, Array]:

@@ -150,26 +150,17 @@ def _given(bearing: Bearing, is_pedestal: bool) -> Array:
 
 
 def _check(rotor: Rotor, unknowns: Sequence[Unknown], speed: Array, channels: Sequence[Channel]) -> None:
-    if not rotor.bearings or not rotor.unbalance:
-        raise SettingError(
-            "rotor: expected at least one bearing and one unbalance plane,"
-            f" got {len(rotor.bearings)} and {len(rotor.unbalance)}"
-        )
     for probe in rotor.housing_probes:
         if not 0 <= probe.bearing < len(rotor.supported) or rotor.supported[probe.bearing].pedestal is None:
             raise SettingError(
                 f"probe at {probe.position:g} m: expected a bearing with a support to be relative to, got bearing"
                 f" {probe.bearing + 1}; give that bearing a support, or measure against the ground"
             )
-    if not unknowns:
-        raise SettingError("unknowns of a rotor: expected at least one, got none")
     check_unknowns(rotor, unknowns)
     speed = np.asarray(speed)
     if speed.ndim != 1 or not len(speed) or not np.all(np.isfinite(speed) & (speed > 0)):
         raise SettingError(
             f"speeds: expected a list of numbers above 0 rad/s, got {speed}; unbalance does nothing at rest"
         )
-    if not channels:
-        raise SettingError("channels: expected at least one, got none")
     for channel in channels:
         rotor.require_on_shaft(channel.position, "sensor")

@@ -179,6 +179,11 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         return self.with_effects(self.effects, motion[:, None]) if self.effects else self
 
     @property
+    def missing(self) -> tuple[str, ...]:
+        parts = {"bearings": self.rotor.bearings, "unbalance": self.rotor.unbalance, "unknowns": self.unknowns}
+        return tuple(name for name, own in parts.items() if not own)
+
+    @property
     def sites(self) -> Array:
         """The nodes of the shaft, (n,) m."""
         return self.rotor.node_positions

@@ -109,6 +109,13 @@ class OriginTarget:
 Target = BearingTarget | PedestalTarget | UnbalanceTarget | OriginTarget
 
 
+def changes_sign(target: Target) -> bool:
+    """Whether what it sets has the other sign with y reversed."""
+    if isinstance(target, (BearingTarget, PedestalTarget)):
+        return target.coefficient[1:] in ("xy", "yx")
+    return isinstance(target, OriginTarget) or target.part in ("phase", "y")
+
+
 @dataclass(frozen=True)
 class Unknown:
     """A parameter and all that it sets."""

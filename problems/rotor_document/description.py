@@ -1,0 +1,196 @@
+"""What a rotor file says, made into a rotor with its unknowns, speeds and channels; docs/examples/rotor.yaml shows it.
+
+Whatever is not named as optional there has to be in the file: nothing is guessed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import described
+from ksmea.measurement.channel import DIRECTIONS, Channel, direction_at
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.document import Block, Units, inside
+from problems.rotor.finite_elements.bearing import Bearing, mirrored_bearing
+from problems.rotor.finite_elements.data import HousingProbe, Rotor
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import Target, Unknown, changes_sign
+from problems.rotor_document.bearings import read_bearing, read_plane, read_seal
+from problems.rotor_document.shaft import position_of, read_disk, read_mass, read_materials, read_shaft
+from problems.rotor_document.tables import RotorSheets
+from problems.rotor_document.unknowns import read_unknowns
+from problems.rotor_settings import MAX_ELEMENTS, MAX_SPEEDS, MAX_SUPPORTS, MAX_THINGS, check_ports, check_size
+
+MAX_ANGLE = 360.0  # degrees
+ROTATIONS = ("x to y", "y to x")
+REQUIRED = ("units", "materials", "shaft", "speeds")
+OPTIONAL = ("disks", "masses", "bearings", "seals", "couplings", "unbalance", "probes", "unknowns", "rotation")
+
+
+@dataclass(frozen=True, eq=False)
+class RotorDescription:
+    """All that a rotor file says, SI."""
+
+    problem: RotorProblem
+    reference: Mapping[str, float]  # of the unknowns that have one
+    tables: Mapping[str, bytes]  # files that it names, by path
+
+
+def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> RotorDescription:
+    """The description in a document; `mesh` elements replace those in the file."""
+    document.check_keys(REQUIRED, OPTIONAL)
+    _check_counts(document)
+    units = Units.of(document.block("units"))
+    named = document.block("materials")
+    materials = read_materials(named, units)
+    segments = read_shaft(document.blocks("shaft"), units, materials, named, mesh)
+    speed = _speeds(document, units)
+    n_element = sum(segment.n_element for segment in segments)
+    inside(document, "", lambda: check_size(n_element, len(speed)))
+    shaft = inside(document, "shaft", lambda: Rotor(segments))
+    bearings, seals, planes = (_blocks(document, key) for key in ("bearings", "seals", "unbalance"))
+    counts = {"bearing": len(bearings), "unbalance": len(planes), "seal": len(seals), "support": len(bearings)}
+    unknowns, reference = read_unknowns(_blocks(document, "unknowns"), units, counts)
+    owners: dict[Target, str] = {target: item.parameter.name for item in unknowns for target in item.targets}
+    probes = _blocks(document, "probes")
+    rotor = Rotor(
+        segments,
+        tuple(read_disk(block, units, materials, shaft) for block in _blocks(document, "disks")),
+        tuple(read_bearing(block, units, shaft, index, owners, sheets) for index, block in enumerate(bearings)),
+        tuple(read_plane(block, units, shaft, index, owners) for index, block in enumerate(planes)),
+        seals=tuple(
+            read_seal(block, units, shaft, index, owners, sheets)
+            for index, block in enumerate(seals, start=len(bearings))
+        ),
+        couplings=tuple(_coupling(block, units, shaft) for block in _blocks(document, "couplings")),
+        housing_probes=tuple(_housing_probes(probes, units, shaft, len(bearings))),
+        masses=tuple(read_mass(block, units, shaft) for block in _blocks(document, "masses")),
+    )
+    channels = _channels(probes, units, shaft)
+    sizes = {"n_bearing": len(bearings), "n_plane": len(planes), "n_probe": len(channels)}
+    inside(document, "", lambda: check_ports(n_element, len(speed), **sizes))
+    if "rotation" in document.values and document.choice("rotation", "sense of rotation", ROTATIONS) == ROTATIONS[1]:
+        rotor, channels = mirrored(rotor), tuple(map(_mirrored_channel, channels))
+        unknowns, reference = _mirrored_unknowns(unknowns, reference)
+    problem = inside(document, "", lambda: RotorProblem(rotor, unknowns, speed, channels))
+    return RotorDescription(problem, reference, sheets.read)
+
+
+def _check_counts(document: Block) -> None:
+    """Raise `SettingError` where there is more of something than any rotor has, before anything is made of it."""
+    limits = dict.fromkeys(("disks", "masses", "probes", "unknowns", "materials", "couplings"), MAX_THINGS)
+    limits |= dict.fromkeys(("bearings", "seals", "unbalance"), MAX_SUPPORTS)
+    for key, most in {**limits, "shaft": MAX_ELEMENTS, "speeds": MAX_SPEEDS}.items():
+        value = document.values.get(key)
+        if isinstance(value, (list, dict)) and len(value) > most:
+            raise document.error(key, f"expected at most {most} entries, got {len(value)}; take fewer")
+
+
+def _blocks(document: Block, key: str) -> list[Block]:
+    """The mappings of a list that may be empty or left out."""
+    return document.blocks(key) if document.values.get(key, []) != [] else []
+
+
+def _coupling(block: Block, units: Units, shaft: Rotor) -> float:
+    block.check_keys(("position",))
+    return position_of(block, units, shaft, "coupling", needs_node=False)
+
+
+def _speeds(document: Block, units: Units) -> Array:
+    """(n_speed,) rad/s: a list, or a band with its ends and their number."""
+    unit = units.unit("speed")
+    value = document.values["speeds"]
+    if isinstance(value, list):
+        entries = document.entries("speeds")
+        listed = Block(
+            document.file, document.path, {f"speeds[{n}]": entry for n, entry in enumerate(entries, start=1)}
+        )
+        speeds = [units.value(listed, key, "speed", above=0) for key in listed.values]
+        for key, before, speed in zip(list(listed.values)[1:], speeds, speeds[1:]):
+            if speed <= before:
+                raise document.error(key, f"expected speeds that rise, got {speed:g} after {before:g}")
+        return unit.si * np.array(speeds)
+    block = document.block("speeds")
+    block.check_keys(("from", "to", "number"))
+    first, n_speed = units.value(block, "from", "speed", above=0), block.whole("number", MAX_SPEEDS)
+    last = units.value(block, "to", "speed", **{"above" if n_speed > 1 else "at_least": first})
+    return unit.si * np.linspace(first, last, n_speed)
+
+
+def _channels(blocks: Sequence[Block], units: Units, shaft: Rotor) -> tuple[Channel, ...]:
+    channels: list[Channel] = []
+    for block in blocks:
+        block.check_keys(("position", "direction"), ["relative_to"])
+        position = position_of(block, units, shaft, "probe", needs_node=False)
+        channel = Channel(position, _direction(block))
+        if channel in channels:
+            raise block.error("", f"expected each probe once, got {channel} again; remove it")
+        channels.append(channel)
+    return tuple(channels)
+
+
+def _direction(block: Block) -> str:
+    """x, y, or an angle in degrees from x towards y."""
+    if isinstance(block.values["direction"], (int, float)):
+        return direction_at(block.number("direction", "deg", at_least=-MAX_ANGLE, at_most=MAX_ANGLE))
+    return block.choice("direction", "direction", DIRECTIONS)
+
+
+def _housing_probes(blocks: Sequence[Block], units: Units, shaft: Rotor, n_bearing: int) -> list[HousingProbe]:
+    """Probes that say `relative_to: bearing 1`."""
+    found = []
+    for block in blocks:
+        if "relative_to" not in block.values:
+            continue
+        thing, _, number = block.text("relative_to").partition(" ")
+        if thing != "bearing" or not (number.isascii() and number.isdigit() and 1 <= int(number) <= n_bearing):
+            raise block.error(
+                "relative_to",
+                f"expected a bearing from 1 to {n_bearing}, such as 'bearing 1', got {described(block.values['relative_to'])}",
+            )
+        position = position_of(block, units, shaft, "probe", needs_node=False)
+        found.append(HousingProbe(position, _direction(block), int(number) - 1))
+    return found
+
+
+def mirrored(rotor: Rotor) -> Rotor:
+    """A rotor that turns from y to x, seen with y reversed, so that it turns from x to y."""
+
+    def each(bearings: Sequence[Bearing]) -> tuple[Bearing, ...]:
+        return tuple(map(mirrored_bearing, bearings))
+
+    planes = tuple(replace(plane, phase=-plane.phase) for plane in rotor.unbalance)
+    probes = tuple(
+        replace(probe, direction=_mirrored_direction(probe.direction)) if probe.direction else probe
+        for probe in rotor.housing_probes
+    )
+    return replace(
+        rotor, bearings=each(rotor.bearings), seals=each(rotor.seals), unbalance=planes, housing_probes=probes
+    )
+
+
+def _mirrored_direction(direction: str) -> str:
+    return direction_at(-Channel(0.0, direction).angle)
+
+
+def _mirrored_channel(channel: Channel) -> Channel:
+    return replace(channel, direction=_mirrored_direction(channel.direction))
+
+
+def _mirrored_unknowns(
+    unknowns: Sequence[Unknown], reference: Mapping[str, float]
+) -> tuple[tuple[Unknown, ...], dict[str, float]]:
+    """Unknowns that change sign with y have limits and reference values of the other sign."""
+    found, values = [], dict(reference)
+    for item in unknowns:
+        own = item.parameter
+        if any(changes_sign(target) for target in item.targets):
+            own = Parameter(own.name, own.unit, own.si_per_unit, -own.upper, -own.lower)
+            if own.name in values:
+                values[own.name] = -values[own.name]
+        found.append(Unknown(own, item.targets))
+    return tuple(found), values

@@ -1,0 +1,199 @@
+"""Tables over speed of a rotor file: lists in it, or a CSV or Excel sheet beside it, whose columns are named with their units.
+
+The units of a sheet stand in its headings, `kxx [lbf/in]`, or in a row of their own below them; they are never guessed.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ksmea.errors import SettingError, described, shortened, unknown
+from ksmea.settings.document import Block, Units, inside
+from ksmea.settings.regular_files import read_input
+from ksmea.units import SI_PER_UNIT
+from problems.rotor.finite_elements.bearing import COEFFICIENTS, DAMPINGS, MASSES, STIFFNESSES, SpeedTable
+
+QUANTITY_OF = {
+    "speed": "speed",
+    **dict.fromkeys(STIFFNESSES, "stiffness"),
+    **dict.fromkeys(DAMPINGS, "damping"),
+    **dict.fromkeys(MASSES, "mass"),
+}
+MEASURED = tuple(f"{part}_z{entry}" for entry in ("xx", "xy", "yx", "yy") for part in ("re", "im"))
+QUANTITY_OF_MEASURED = {"frequency": "speed", **dict.fromkeys(MEASURED, "stiffness")}
+LARGEST = 5 * 10**6  # bytes of a sheet
+MOST_ROWS = 10_000
+HEADING = re.compile(r"\s*([A-Za-z_][A-Za-z_ ]*?)\s*(?:[\[(]\s*(.+?)\s*[\])])?\s*")
+SPELLINGS = {"³": "3", "²": "2", "^": "", "·": " ", "*": " ", "µ": "u", "μ": "u", "-": " ", "lbf.": "lbf "}
+
+
+@dataclass(frozen=True)
+class RotorSheets:
+    """The folder that paths of tables start at, and what was read from there, by path: it counts as the rotor file does."""
+
+    folder: Path
+    read: dict[str, bytes] = field(default_factory=dict)
+
+
+def read_table(block: Block, key: str, units: Units, sheets: RotorSheets, *, measured: bool = False) -> SpeedTable:
+    """A table of a bearing, twelve columns over speed, or of the dynamic stiffness of a support over frequency, eight; columns that are not
+    there are 0."""
+    quantities = QUANTITY_OF_MEASURED if measured else QUANTITY_OF
+    first, *others = quantities
+    value = block.values[key]
+    if isinstance(value, str):
+        columns = inside(block, key, lambda: _of_sheet(value, quantities, sheets))
+    else:
+        columns = _inline(block.block(key), quantities, units)
+    if first not in columns or len(columns) < 2:
+        raise block.error(
+            key, f"expected columns {first} and any of {', '.join(others)}, got {', '.join(columns) or 'none'}"
+        )
+    names = MEASURED if measured else COEFFICIENTS
+    n_row = len(columns[first])
+    rows = zip(*(columns.get(name, [0.0] * n_row) for name in names))
+    return inside(block, key, lambda: SpeedTable(tuple(columns[first]), tuple(rows)))
+
+
+def _inline(block: Block, quantities: Mapping[str, str], units: Units) -> dict[str, list[float]]:
+    """Columns in SI of lists in the file, in its units."""
+    block.check_keys((), quantities)
+    columns = {}
+    for name in block.values:
+        entries = block.entries(name)
+        listed = Block(block.file, block.path, {f"{name}[{n}]": each for n, each in enumerate(entries, start=1)})
+        columns[name] = [units.quantity(listed, key, quantities[name]) for key in listed.values]
+        if len(columns[name]) != len(next(iter(columns.values()))):
+            first = next(iter(columns))
+            raise block.error(
+                name, f"expected {len(columns[first])} numbers, as many as of {first}, got {len(entries)}"
+            )
+    return columns
+
+
+def _of_sheet(word: str, quantities: Mapping[str, str], sheets: RotorSheets) -> dict[str, list[float]]:
+    """Columns in SI of a file `table.csv`, or of a sheet `book.xlsx#sheet`."""
+    path, _, sheet = word.partition("#")
+    place = sheets.folder / path
+    content = read_input(
+        str(place), "CSV or Excel", LARGEST, f"expected at most {LARGEST} bytes, got {{}}; this is no table".format
+    )
+    sheets.read[word] = content
+    rows = (
+        _rows_of_excel(content, path, sheet)
+        if path.lower().endswith((".xlsx", ".xlsm"))
+        else _rows_of_csv(content, path)
+    )
+    return columns_of(rows, path, quantities)
+
+
+def columns_of(rows: Sequence[Sequence[str]], path: str, quantities: Mapping[str, str]) -> dict[str, list[float]]:
+    """Columns in SI of rows of texts, the first of which has the headings; those of other names are refused."""
+    filled = [(number, row) for number, row in enumerate(rows, start=1) if any(cell.strip() for cell in row)]
+    if len(filled) < 2:
+        raise SettingError(f"{path}: expected headings and rows of numbers, got {len(filled)} rows")
+    names, given = _headings(filled[0][1], path, quantities)
+    body = filled[1:]
+    if not any(given) and not any(_is_number(cell) for cell in body[0][1]):
+        given, body = [_spelt(cell) for cell in body[0][1]], body[1:]
+    if len(body) > MOST_ROWS:
+        raise SettingError(f"{path}: expected at most {MOST_ROWS} rows, got {len(body)}")
+    sizes = [_unit(name, unit, path, quantities[name]) for name, unit in zip(names, [*given, *[""] * len(names)])]
+    found: dict[str, list[float]] = {name: [] for name in names}
+    for number, row in body:
+        for place, (name, size) in enumerate(zip(names, sizes)):
+            cell = row[place].strip() if place < len(row) else ""
+            if not _is_number(cell):
+                raise SettingError(f"{path}: row {number}, {name}: expected a number, got {described(cell or None)}")
+            found[name].append(float(cell) * size)
+    return found
+
+
+def _headings(cells: Sequence[str], path: str, known: Mapping[str, str]) -> tuple[list[str], list[str]]:
+    """Names of columns, and the units in their headings."""
+    names, given = [], []
+    for cell in cells:
+        match = HEADING.fullmatch(cell)
+        name = match[1].strip().lower().replace(" ", "_") if match else cell
+        if name not in known:
+            raise SettingError(f"{path}: {unknown('column', shortened(name), known)}")
+        if name in names:
+            raise SettingError(f"{path}: expected each column once, got {name} again")
+        names.append(name)
+        given.append(_spelt(match[2] or "") if match else "")
+    return names, given
+
+
+def _unit(name: str, unit: str, path: str, quantity: str) -> float:
+    known = SI_PER_UNIT[quantity]
+    if not unit:
+        example = next(iter(known))
+        raise SettingError(f"{path}: {name}: expected its unit in the heading, such as '{name} [{example}]', got none")
+    if unit not in known:
+        raise SettingError(f"{path}: {name}: {unknown(f'unit of {quantity}', shortened(unit), known)}")
+    return known[unit]
+
+
+def _spelt(unit: str) -> str:
+    """A unit as `SI_PER_UNIT` spells it."""
+    for letter, own in SPELLINGS.items():
+        unit = unit.replace(letter, own)
+    return " ".join(unit.split())
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False
+
+
+def _rows_of_csv(content: bytes, path: str) -> list[list[str]]:
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise SettingError(f"{path}: expected a CSV text in UTF-8, got other bytes at {error.start}") from error
+    head = text.partition("\n")[0]
+    delimiter = max(",;\t", key=head.count)
+    try:
+        return list(csv.reader(io.StringIO(text), delimiter=delimiter))
+    except csv.Error as error:
+        raise SettingError(f"{path}: expected a CSV text, got {error}") from error
+
+
+def _rows_of_excel(content: bytes, path: str, sheet: str) -> list[list[str]]:
+    try:
+        import openpyxl
+    except ImportError as error:
+        raise SettingError(
+            f"{path}: Excel files are read by openpyxl, which is not installed; pip install 'ksmea-bench[formats]', or save it as CSV"
+        ) from error
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            if (size := sum(entry.file_size for entry in archive.infolist())) > 20 * LARGEST:
+                raise SettingError(f"{path}: expected at most {20 * LARGEST} bytes unpacked, got {size}")
+        book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+        names = list(book.sheetnames)
+        if not sheet and len(names) != 1:
+            listed = shortened(", ".join(names), 100)
+            raise SettingError(
+                f"{path}: expected the name of one sheet, as in {path}#{names[0]}, got none; there are {listed}"
+            )
+        if sheet and sheet not in names:
+            raise SettingError(f"{path}: {unknown('sheet', sheet, names)}")
+        rows = book[sheet or names[0]].iter_rows(values_only=True)
+        return [["" if cell is None else str(cell) for cell in row] for row in rows]
+    except SettingError:
+        raise
+    except Exception as error:  # openpyxl raises whatever a damaged archive makes it meet
+        raise SettingError(
+            f"{path}: expected an Excel file (.xlsx), got one that cannot be read; save it as CSV"
+        ) from error
