@@ -53,7 +53,7 @@ class Mass(RotorEffect):
             mass, polar, diametral = (
                 factor * value for value in (disk.mass, disk.polar_inertia, disk.diametral_inertia)
             )
-            return Disk(disk.position, mass, polar, diametral, disk.is_lumped)
+            return dataclasses.replace(disk, mass=mass, polar_inertia=polar, diametral_inertia=diametral)
 
         segments = map(heavier_segment, rotor.segments)
         disks, masses = (tuple(map(heavier_disk, parts)) for parts in (rotor.disks, rotor.masses))

@@ -154,7 +154,9 @@ def _standing(block: Block) -> tuple[float, float]:
 
 
 def _coupling(block: Block, units: Units, length: float) -> CouplingSegment:
-    block.check_keys(("length", "coupling"), ["outer_diameter"])
+    block.check_keys(("length", "coupling"), ["outer_diameter", "elements"])
+    if "elements" in block.values and block.whole("elements", MAX_ELEMENTS) != 1:
+        raise block.error("elements", f"expected 1 of a coupling, got {block.values['elements']}")
     parts = block.block("coupling")
     parts.check_keys(("stiffness", "angular_stiffness"), PAIRS)
     outer = _optional(block, units, "outer_diameter", "length", above=0) or 0.0
@@ -205,7 +207,8 @@ def read_disk(block: Block, units: Units, materials: Mapping[str, Material], sha
     has_mass = any(key in block.values for key in WEIGHED[1:])
     if has_mass and any(key in block.values for key in RING[1:]):
         raise block.error("", f"expected either {', '.join(RING[1:])} or {', '.join(WEIGHED[1:])}, got some of both")
-    block.check_keys(WEIGHED if has_mass else RING)
+    block.check_keys(WEIGHED if has_mass else RING, ["standing_damping"])
+    damping = _number(block, "standing_damping", "1/s", at_least=0) or 0.0
     position = position_of(block, units, shaft, "disk", needs_node=True)
     if has_mass:
         return Disk(
@@ -213,15 +216,17 @@ def read_disk(block: Block, units: Units, materials: Mapping[str, Material], sha
             mass=units.quantity(block, "mass", "mass", above=0),
             polar_inertia=units.quantity(block, "polar_inertia", "inertia", at_least=0),
             diametral_inertia=units.quantity(block, "diametral_inertia", "inertia", at_least=0),
+            standing_damping=damping,
         )
     outer, inner = _radii(block, units)
-    return Disk.from_geometry(
+    ring = Disk.from_geometry(
         position,
         outer_radius=outer,
         inner_radius=inner,
         thickness=units.quantity(block, "thickness", "length", above=0),
         density=_material_of(block, materials).density,
     )
+    return replace(ring, standing_damping=damping)
 
 
 def read_mass(block: Block, units: Units, shaft: Rotor) -> Disk:

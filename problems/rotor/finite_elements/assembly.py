@@ -90,6 +90,11 @@ def assemble_free(rotor: Rotor) -> Matrices:
         damping = damping + rotor.external_damping * chained(of_elements(rotor, shaft.drag))
     if rotor.axial_force:
         stiffness = stiffness + rotor.axial_force * chained(of_elements(rotor, shaft.geometric_stiffness))
+    if any(disk.standing_damping for disk in rotor.disks):
+        damping = damping.copy()
+        for disk in rotor.disks:
+            at_node = node_dof(rotor.node_at(disk.position, "disk"))
+            damping[np.ix_(at_node, at_node)] += disk.standing_damping * shaft.disk_mass(disk)
     if not all(isinstance(segment, ShaftSegment) and _is_plain(segment) for segment in rotor.segments):
         turning = chained(of_elements(rotor, shaft.segment_internal_damping))
         damping = damping + turning + chained(of_elements(rotor, shaft.segment_damping))

@@ -199,12 +199,14 @@ class Disk:
     polar_inertia: float  # kg m², about the shaft
     diametral_inertia: float  # kg m², about a diameter through the centre of mass
     is_lumped: bool = False
+    standing_damping: float = 0.0  # 1/s: in proportion to mass and diametral inertia, on the ground
 
     def __post_init__(self) -> None:
         if self.is_lumped:
             require_not_negative("lumped mass", self.mass, "kg")
         else:
             require_positive("mass of a disk", self.mass, "kg")
+        require_not_negative("standing damping of a disk", self.standing_damping, "1/s")
         require_not_negative("polar inertia of a disk", self.polar_inertia, "kg m²")
         require_not_negative("diametral inertia of a disk", self.diametral_inertia, "kg m²")
 

@@ -1,0 +1,112 @@
+"""A rotor model of another program on its way to a rotor file: the file's own keys in SI, remarks, and a count to compare with the drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+from ksmea.errors import SettingError
+
+Entry = dict[str, Any]  # a mapping of the rotor file
+
+
+@dataclass
+class ImportedRotor:
+    """Parts of a rotor file, as it spells them, in SI units. Elements hold the length of each shaft entry in file order."""
+
+    source: str
+    materials: dict[str, Entry] = field(default_factory=dict)
+    shaft: list[Entry] = field(default_factory=list)
+    disks: list[Entry] = field(default_factory=list)
+    masses: list[Entry] = field(default_factory=list)
+    bearings: list[Entry] = field(default_factory=list)
+    seals: list[Entry] = field(default_factory=list)
+    speeds: tuple[float, float] | None = None  # rad/s, of the model's own range
+    remarks: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+    def material(self, name: str, young_modulus: float, density: float, poisson_ratio: float) -> str:
+        """The name under which a material stands in the file; another one of the same name gets a number."""
+        own = {"young_modulus": young_modulus, "density": density, "poisson_ratio": poisson_ratio}
+        base, number = name or "material", 1
+        name = base
+        while name in self.materials and self.materials[name] != own:
+            number += 1
+            name = f"{base}_{number}"
+        self.materials[name] = own
+        return name
+
+
+@dataclass(frozen=True)
+class ShaftElement:
+    """One element of another program: between which nodes it lies, and its entry in `shaft`, or in `layers` of one."""
+
+    node: int
+    length: float  # m
+    entry: Entry
+
+
+def with_shaft(rotor: ImportedRotor, elements: Sequence[ShaftElement]) -> dict[int, float]:
+    """Put shaft elements into the file, those of one node as layers of the innermost; positions (m) by node, the first one at 0."""
+    by_node: dict[int, list[ShaftElement]] = {}
+    for element in elements:
+        by_node.setdefault(element.node, []).append(element)
+    nodes = sorted(by_node)
+    if not nodes:
+        raise SettingError(f"{rotor.source}: expected shaft elements, got none")
+    gaps = [node for node, after in pairwise(nodes) if after != node + 1]
+    if gaps:
+        raise SettingError(
+            f"{rotor.source}: expected shaft elements one after the other, got none at node {gaps[0] + 1}"
+        )
+    positions, place = {nodes[0]: 0.0}, 0.0
+    for node in nodes:
+        layers = by_node[node]
+        lengths = {element.length for element in layers}
+        if len(lengths) > 1:
+            raise SettingError(
+                f"{rotor.source}: expected layers of one length at node {node}, got {min(lengths):g} and {max(lengths):g} m;"
+                " split the longer one"
+            )
+        rotor.shaft.append(_layered(layers))
+        place += layers[0].length
+        positions[node + 1] = place
+    _merge_equal(rotor)
+    return positions
+
+
+def _layered(layers: Sequence[ShaftElement]) -> Entry:
+    """The innermost element, with the others as its layers."""
+    if len(layers) == 1:
+        return {"length": layers[0].length, **layers[0].entry, "elements": 1}
+    if any("coupling" in layer.entry for layer in layers):
+        raise SettingError("shaft: expected a coupling by itself, got a layer beside it")
+    own, *others = sorted(
+        layers, key=lambda each: (each.entry.get("inner_diameter", 0.0), each.entry["outer_diameter"])
+    )
+    keys = ("outer_diameter", "inner_diameter", "outer_diameter_right", "inner_diameter_right", "material")
+    further = [{key: each.entry[key] for key in keys if key in each.entry} for each in others]
+    return {"length": own.length, **own.entry, "layers": further, "elements": 1}
+
+
+def _merge_equal(rotor: ImportedRotor) -> None:
+    """Neighbours that are alike in one entry with several elements: the nodes between them stay."""
+    merged: list[Entry] = []
+    for entry in rotor.shaft:
+        alone = {key: value for key, value in entry.items() if key != "elements"}
+        before = merged[-1] if merged else None
+        is_cone = "outer_diameter_right" in entry or "inner_diameter_right" in entry or "coupling" in entry
+        if before is not None and not is_cone and _one_of(before) == alone:
+            before["elements"] += 1
+            before["length"] = before["elements"] * entry["length"]
+        else:
+            merged.append(dict(entry))
+    rotor.shaft[:] = merged
+
+
+def _one_of(entry: Mapping[str, Any]) -> Entry:
+    """One of the equal elements of an entry."""
+    alone = {key: value for key, value in entry.items() if key != "elements"}
+    return alone | {"length": entry["length"] / entry["elements"]} if entry["elements"] > 1 else alone
