@@ -54,6 +54,10 @@ def run_command(words: list[str]) -> int:
 
             return export(others)
         case "import":
+            if others[:1] == ["rotor"]:
+                from bench.commands.import_rotor import import_rotor
+
+                return import_rotor(others[1:])
             from bench.commands.import_file import import_file
 
             return import_file(others)

@@ -186,7 +186,8 @@ def sentences(found: Rotordynamics) -> list[str]:
     said = [
         f"{layout.length:g} m long, {layout.mass:.4g} kg; {_count(layout.disks, 'disk')}, {_count(layout.bearings, 'bearing')}."
     ]
-    said += [f"Values: {', '.join(f'{name} {value:.4g} {unit}' for name, unit, value in found.values)}."]
+    if found.values:
+        said.append(f"Values: {', '.join(f'{name} {value:.4g} {unit}' for name, unit, value in found.values)}.")
     if layout.support:
         said.append(f"{layout.support[0].upper()}{layout.support[1:]}.")
     said += [f"Effect: {each.name} ({each.where})." for each in layout.effects]

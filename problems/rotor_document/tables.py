@@ -29,6 +29,7 @@ QUANTITY_OF = {
 }
 MEASURED = tuple(f"{part}_z{entry}" for entry in ("xx", "xy", "yx", "yy") for part in ("re", "im"))
 QUANTITY_OF_MEASURED = {"frequency": "speed", **dict.fromkeys(MEASURED, "stiffness")}
+NUMBER, TEXT = "number", "text"  # columns without a unit
 LARGEST = 5 * 10**6  # bytes of a sheet
 MOST_ROWS = 10_000
 HEADING = re.compile(r"\s*([A-Za-z_][A-Za-z_ ]*?)\s*(?:[\[(]\s*(.+?)\s*[\])])?\s*")
@@ -81,22 +82,28 @@ def _inline(block: Block, quantities: Mapping[str, str], units: Units) -> dict[s
 
 def _of_sheet(word: str, quantities: Mapping[str, str], sheets: RotorSheets) -> dict[str, list[float]]:
     """Columns in SI of a file `table.csv`, or of a sheet `book.xlsx#sheet`."""
+    return columns_of(sheet_rows(word, sheets), word.partition("#")[0], quantities)[0]
+
+
+def sheet_rows(word: str, sheets: RotorSheets) -> list[list[str]]:
+    """The cells of a file `table.csv`, or of a sheet `book.xlsx#sheet`, as texts."""
     path, _, sheet = word.partition("#")
-    place = sheets.folder / path
     content = read_input(
-        str(place), "CSV or Excel", LARGEST, f"expected at most {LARGEST} bytes, got {{}}; this is no table".format
+        str(sheets.folder / path),
+        "CSV or Excel",
+        LARGEST,
+        f"expected at most {LARGEST} bytes, got {{}}; this is no table".format,
     )
     sheets.read[word] = content
-    rows = (
-        _rows_of_excel(content, path, sheet)
-        if path.lower().endswith((".xlsx", ".xlsm"))
-        else _rows_of_csv(content, path)
-    )
-    return columns_of(rows, path, quantities)
+    is_excel = path.lower().endswith((".xlsx", ".xlsm"))
+    return _rows_of_excel(content, path, sheet) if is_excel else _rows_of_csv(content, path)
 
 
-def columns_of(rows: Sequence[Sequence[str]], path: str, quantities: Mapping[str, str]) -> dict[str, list[float]]:
-    """Columns in SI of rows of texts, the first of which has the headings; those of other names are refused."""
+def columns_of(
+    rows: Sequence[Sequence[str]], path: str, quantities: Mapping[str, str]
+) -> tuple[dict[str, list[float]], dict[str, list[str]]]:
+    """Columns in SI of rows of texts, the first of which has the headings, and columns of texts. A quantity is one of `SI_PER_UNIT`,
+    `number` without unit, or `text`; columns of other names are refused."""
     filled = [(number, row) for number, row in enumerate(rows, start=1) if any(cell.strip() for cell in row)]
     if len(filled) < 2:
         raise SettingError(f"{path}: expected headings and rows of numbers, got {len(filled)} rows")
@@ -106,15 +113,21 @@ def columns_of(rows: Sequence[Sequence[str]], path: str, quantities: Mapping[str
         given, body = [_spelt(cell) for cell in body[0][1]], body[1:]
     if len(body) > MOST_ROWS:
         raise SettingError(f"{path}: expected at most {MOST_ROWS} rows, got {len(body)}")
-    sizes = [_unit(name, unit, path, quantities[name]) for name, unit in zip(names, [*given, *[""] * len(names)])]
-    found: dict[str, list[float]] = {name: [] for name in names}
+    units = dict(zip(names, [*given, *[""] * len(names)]))
+    numbers = [name for name in names if quantities[name] != TEXT]
+    sizes = {name: _unit(name, units[name], path, quantities[name]) for name in numbers}
+    found: dict[str, list[float]] = {name: [] for name in numbers}
+    texts: dict[str, list[str]] = {name: [] for name in names if quantities[name] == TEXT}
     for number, row in body:
-        for place, (name, size) in enumerate(zip(names, sizes)):
+        for place, name in enumerate(names):
             cell = row[place].strip() if place < len(row) else ""
+            if name in texts:
+                texts[name].append(cell)
+                continue
             if not _is_number(cell):
                 raise SettingError(f"{path}: row {number}, {name}: expected a number, got {described(cell or None)}")
-            found[name].append(float(cell) * size)
-    return found
+            found[name].append(float(cell) * sizes[name])
+    return found, texts
 
 
 def _headings(cells: Sequence[str], path: str, known: Mapping[str, str]) -> tuple[list[str], list[str]]:
@@ -133,6 +146,8 @@ def _headings(cells: Sequence[str], path: str, known: Mapping[str, str]) -> tupl
 
 
 def _unit(name: str, unit: str, path: str, quantity: str) -> float:
+    if quantity == NUMBER:
+        return 1.0
     known = SI_PER_UNIT[quantity]
     if not unit:
         example = next(iter(known))

@@ -9,6 +9,7 @@ from typing import Any
 
 from ksmea.errors import SettingError
 
+DIGITS = 12  # of positions in m: rounding of summed lengths
 Entry = dict[str, Any]  # a mapping of the rotor file
 
 
@@ -71,7 +72,7 @@ def with_shaft(rotor: ImportedRotor, elements: Sequence[ShaftElement]) -> dict[i
                 " split the longer one"
             )
         rotor.shaft.append(_layered(layers))
-        place += layers[0].length
+        place = round(place + layers[0].length, DIGITS)
         positions[node + 1] = place
     _merge_equal(rotor)
     return positions
@@ -100,7 +101,7 @@ def _merge_equal(rotor: ImportedRotor) -> None:
         is_cone = "outer_diameter_right" in entry or "inner_diameter_right" in entry or "coupling" in entry
         if before is not None and not is_cone and _one_of(before) == alone:
             before["elements"] += 1
-            before["length"] = before["elements"] * entry["length"]
+            before["length"] = round(before["elements"] * entry["length"], DIGITS)
         else:
             merged.append(dict(entry))
     rotor.shaft[:] = merged
@@ -109,4 +110,4 @@ def _merge_equal(rotor: ImportedRotor) -> None:
 def _one_of(entry: Mapping[str, Any]) -> Entry:
     """One of the equal elements of an entry."""
     alone = {key: value for key, value in entry.items() if key != "elements"}
-    return alone | {"length": entry["length"] / entry["elements"]} if entry["elements"] > 1 else alone
+    return alone | {"length": round(entry["length"] / entry["elements"], DIGITS)} if entry["elements"] > 1 else alone
