@@ -1,7 +1,7 @@
 """What is known of a linear rotor's response besides samples of it: the unknown impedances and the unbalance that make it.
 
-At one speed the dynamic stiffness is D = D₀ + Σ_i z_i E_i, with z = k + iΩc an unknown impedance and E_i of the rank of the
-number of ports that share it. By Cramer's rule the response per unbalance is N(z) / Q(z), with Q = det D the same for all
+At one speed the dynamic stiffness is D = D₀ + Σ_i z_i E_i, with z = k + iΩc − Ω²m an unknown impedance, or a factor of a table, and E_i
+of the rank of the ports that share it. By Cramer's rule the response per unbalance is N(z) / Q(z), with Q = det D the same for all
 channels; N and Q are polynomials whose degree in z_i is the rank of E_i. The unbalance enters linearly.
 """
 
@@ -20,12 +20,13 @@ from ksmea.problem.parameters import PHASE_ORIGIN, Parameters
 
 @dataclass(frozen=True)
 class UnknownImpedance:
-    """An unknown impedance z = k + iΩc by the names of the unknowns that set it; '' where k or c is known, which moves z by a
-    constant and changes no degree. `n_port` entries of the dynamic stiffness share it."""
+    """An unknown impedance z = k + iΩc − Ω²m by the names of the unknowns that set it; '' where one of them is known, which moves z by a
+    constant and changes no degree. It scales a part of the dynamic stiffness of rank `n_port`: as many entries of bearings, or a table."""
 
     stiffness: str
     damping: str
     n_port: int
+    mass: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +48,9 @@ class ResponseStructure:
             self._column(item.stiffness, x)[:, None] + 1j * self.speed * self._column(item.damping, x)[:, None]
             for item in self.impedances
         ]
+        for item, part in zip(self.impedances, parts):
+            if item.mass:
+                part -= self.speed**2 * self._column(item.mass, x)[:, None]
         return np.stack(parts)
 
     def loads(self, x: Array) -> ComplexArray:

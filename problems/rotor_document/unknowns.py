@@ -51,7 +51,7 @@ def read_unknowns(
         targets, quantity = _targets(block, counts, owners)
         owners |= dict.fromkeys(targets, name)
         if quantity == FACTOR:
-            unit = Unit("1", 1.0)
+            unit = Unit("times table", 1.0)
             lower = block.number("lower", at_least=0)
             upper = block.number("upper", above=lower)
             value = block.number("reference", at_least=lower, at_most=upper) if "reference" in block.values else None

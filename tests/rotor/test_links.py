@@ -12,6 +12,7 @@ from ksmea.numerics.differences import central_differences
 from ksmea.plugins.registry import create
 from ksmea.problem.load import Load
 from ksmea.problem.parameters import Parameter
+from ksmea.problem.response_structure import ResponseStructure
 from problems.rotor.finite_elements.assembly import assemble
 from problems.rotor.finite_elements.bearing import COEFFICIENTS, Bearing, Pedestal, SpeedTable
 from problems.rotor.finite_elements.data import HousingProbe, Rotor, UnbalancePlane
@@ -21,6 +22,7 @@ from problems.rotor.free_motion.modes import eigenpairs, natural_modes
 from problems.rotor.response.model import impedances_of
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, PedestalTarget, UnbalanceTarget, Unknown
+from surrogates.rational import Rational
 
 STEEL = Material(2e11, 7800.0, 0.3)
 SPEED = np.linspace(60.0, 900.0, 23)
@@ -291,3 +293,24 @@ def test_a_number_is_set_once():
 def test_a_housing_probe_needs_a_support():
     with pytest.raises(SettingError, match="expected a bearing with a support to be relative to, got bearing 3"):
         problem_with(UNKNOWNS, housing_probes=(HousingProbe(0.6, None, 2),))
+
+
+@pytest.mark.parametrize("unknowns", [UNKNOWNS[:6], UNKNOWNS[6:7], UNKNOWNS[7:8]], ids=["films", "support", "mass"])
+def test_the_response_is_a_rational_function_of_factors_masses_and_supports(unknowns):
+    """At one speed D is linear in each: fitted to samples of the response, the quotient of polynomials is exact but for rounding."""
+    problem = problem_with((*unknowns, UNKNOWNS[-1]))
+    structure = ResponseStructure(
+        problem.parameters, problem.speed, len(CHANNELS), problem.unknown_impedances, problem.unbalance
+    )
+    surrogate = Rational(fallback="stop").with_structure(structure)
+    rng, d = np.random.default_rng(0), len(problem.parameters)
+
+    def samples(n):
+        u = rng.random((n, d))
+        response = problem.response(problem.parameters.to_si(u)).reshape(n, -1)
+        return u, np.concatenate([response.real, response.imag], axis=1)
+
+    predictor = surrogate.fit(*samples(surrogate.least_samples(d) + 6), rng)
+    u, expected = samples(20)
+    found = predictor.predict(u).reshape(expected.shape)
+    assert np.max(np.abs(found - expected) / np.abs(expected).max(axis=0)) < 1e-8  # rounding of a null vector

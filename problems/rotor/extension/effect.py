@@ -171,7 +171,7 @@ def stiffness_scale(problem: RotorProblem) -> float:
         for target in item.targets
         if isinstance(target, BearingTarget) and target.coefficient in STIFFNESSES
     ]
-    return float(max([*limits, *(np.abs(bearing.stiffness).max() for bearing in problem.rotor.bearings)]))
+    return float(max([*limits, *(bearing.largest_stiffness for bearing in problem.rotor.bearings)]))
 
 
 def unbalance_scale(problem: RotorProblem) -> float:

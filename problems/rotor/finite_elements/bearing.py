@@ -169,6 +169,12 @@ class Bearing:
     def mass(self) -> Array:  # (2, 2) kg
         return _matrices(self)[2]
 
+    @property
+    def largest_stiffness(self) -> float:
+        """The largest entry of K in size, at any speed of its table, N/m."""
+        speeds = np.zeros(1) if self.table is None else np.array(self.table.speed)
+        return float(np.abs(self.matrices_at(speeds)[0]).max())
+
     def matrices_at(self, speed: Array) -> tuple[Array, Array, Array]:
         """K (N/m), C (N s/m) and M (kg) at speeds of rotation (n_speed,) rad/s, (n_speed, 2, 2) each."""
         speed = np.asarray(speed, dtype=float)

@@ -19,7 +19,6 @@ from ksmea.problem.parameters import Parameter
 from ksmea.problem.response_structure import UnknownImpedance
 from problems.rotor.finite_elements.bearing import (
     COEFFICIENTS,
-    DAMPINGS,
     GROUP_FACTORS,
     MASSES,
     STIFFNESSES,
@@ -343,16 +342,21 @@ def _check_target(rotor: Rotor, name: str, target: Target) -> None:
 
 
 def unknown_impedances(unknowns: Sequence[Unknown]) -> tuple[UnknownImpedance, ...]:
-    """Each pair of an unknown stiffness and damping that entries of bearings are set by, or the one of them that is unknown, with
-    the number of these entries."""
-    setters: dict[tuple[int, int], list[str]] = defaultdict(
-        lambda: ["", ""]
-    )  # by bearing and place in its 2 × 2 matrix
+    """What unknowns set of the dynamic stiffness, which is linear in it: for entries of bearings that share their unknown stiffness, damping
+    and mass, and for each factor of a table and each number of a pedestal by itself, with the rank of what it scales."""
+    entries: dict[tuple[int, int], list[str]] = defaultdict(
+        lambda: ["", "", ""]
+    )  # by bearing and place in its matrices
+    apart: Counter[tuple[str, str, str]] = Counter()
     for item in unknowns:
         for target in item.targets:
-            if isinstance(target, BearingTarget):
-                for part, names in enumerate((STIFFNESSES, DAMPINGS)):
-                    if target.coefficient in names:
-                        setters[target.bearing, names.index(target.coefficient)][part] = item.parameter.name
-    pairs = Counter((stiffness, damping) for stiffness, damping in setters.values())
-    return tuple(UnknownImpedance(*pair, n_port) for pair, n_port in pairs.items())
+            if isinstance(target, BearingTarget) and not target.is_factor:
+                [column] = target.columns
+                entries[target.bearing, column % 4][column // 4] = item.parameter.name
+            elif isinstance(target, (BearingTarget, PedestalTarget)):
+                part = target.columns[0] // 4
+                names = ["", "", ""]
+                names[part] = item.parameter.name
+                apart[names[0], names[1], names[2]] += min(len(target.columns), 2)
+    together = Counter((names[0], names[1], names[2]) for names in entries.values())
+    return tuple(UnknownImpedance(k, c, n_port, m) for (k, c, m), n_port in (*together.items(), *apart.items()))
