@@ -124,7 +124,7 @@ class StructuredRational(Surrogate):
     def _unsuited(self, largest: float) -> Unsuited:
         """The error for a largest relative error of left-out responses."""
         items, fallback = self.structure.impedances, self.settings.fallback
-        names = dict.fromkeys(name for item in items for name in (item.stiffness, item.damping) if name)
+        names = dict.fromkeys(name for item in items for name in (item.stiffness, item.damping, item.mass) if name)
         return Unsuited(
             f"surrogate=rational: expected a response that is a rational function of {', '.join(names)}, got one that left-out"
             f" samples show to be off by {100 * largest:.2g} % (tolerance {100 * self.settings.tolerance:g} %)"
