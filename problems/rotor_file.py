@@ -55,8 +55,10 @@ class RotorFile(ProblemSettings):
     def fingerprint(self) -> str:
         """Hash of what the settings name but do not hold, the content of the file and of tables that it names: a changed file is another
         problem."""
-        tables = [content for _, content in sorted(self._description.tables.items())]
-        return hashlib.sha256(b"".join([self._content, *tables])).hexdigest()[:16]
+        contents = hashlib.sha256(self._content)
+        for table in self._description.tables.values():
+            contents.update(hashlib.sha256(table).digest())
+        return contents.hexdigest()[:16]
 
     @cached_property
     def _content(self) -> bytes:

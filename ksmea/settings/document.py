@@ -107,8 +107,9 @@ class Block:
             raise self.error(key, unknown(noun, shortened(text), known))
         return text
 
-    def block(self, key: str) -> Block:
-        return self._block(key, self.values.get(key))
+    def block(self, key: str, *, may_be_empty: bool = False) -> Block:
+        value = self.values.get(key)
+        return Block(self.file, self._path(key), {}) if may_be_empty and value == {} else self._block(key, value)
 
     def blocks(self, key: str) -> list[Block]:
         """The mappings of a list, at least one."""

@@ -143,6 +143,8 @@ def _speed_map(
 def _own_stiffnesses(layout: RotorLayout) -> tuple[tuple[str, float], ...]:
     """Direct stiffnesses of the bearings above 0 by name; one name where all bearings have the same."""
     named: dict[str, float] = {}
+    if not layout.bearings:
+        return ()
     for axis, name in enumerate(("kxx", "kyy")):
         sizes = [float(bearing.stiffness[axis, axis]) for bearing in layout.bearings]
         if np.allclose(sizes, sizes[0], rtol=1e-9):

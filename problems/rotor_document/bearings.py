@@ -51,37 +51,43 @@ def _bearing(
     sheets: RotorSheets,
     what: str,
 ) -> Bearing:
-    estimated = estimated_keys(block, {name: BearingTarget(index, name) for name in COEFFICIENTS}, owners)
-    is_free = what == "seal" or "table" in block.values
-    required = [
-        name for name in COEFFICIENTS if not is_free and name not in OPTIONAL_COEFFICIENTS and name not in estimated
-    ]
-    further = ["support"] if what == "bearing" else []
-    block.check_keys(["position", *required], [*COEFFICIENTS, "table", *further])
+    targets: dict[str, Target] = {name: BearingTarget(index, name) for name in COEFFICIENTS}
+    estimated = estimated_keys(block, targets, owners)
+    table, columns = read_table(block, "table", units, sheets) if "table" in block.values else (None, ())
+    for name in columns:
+        if name in block.values:
+            raise block.error(name, "expected no value, since the table has it; remove one of them")
+        if name in estimated:
+            raise block.error(
+                "table",
+                f"expected no {name} in it, since unknown {owners[targets[name]]} sets it; remove the column, or set '{name} factor'",
+            )
+    known = (*OPTIONAL_COEFFICIENTS, *estimated, *columns)
+    required = [name for name in COEFFICIENTS if what == "bearing" and name not in known]
+    block.check_keys(["position", *required], [*COEFFICIENTS, "table", *(["support"] if what == "bearing" else [])])
     position = position_of(block, units, shaft, what, needs_node=True)
     numbers: dict[str, Any] = coefficients_of(block, units)
-    if "table" in block.values:
-        numbers["table"] = read_table(block, "table", units, sheets)
     if "support" in block.values:
-        numbers["pedestal"] = _support(block.block("support"), units, index, owners, sheets)
-    return Bearing(position, **numbers)
+        support = block.block("support", may_be_empty=True)
+        numbers["pedestal"] = _support(support, units, index, owners, sheets)
+    return Bearing(position, table=table, **numbers)
 
 
 def _support(block: Block, units: Units, index: int, owners: Mapping[Target, str], sheets: RotorSheets) -> Pedestal:
     parts = {name: PedestalTarget(index, name) for name in (*COEFFICIENTS, "mass")}
     estimated = estimated_keys(block, parts, owners)
+    for name in ("mxx", "myy"):
+        if name in block.values and ("mass" in block.values or "mass" in estimated):
+            raise block.error(name, "expected either mass or mxx and myy, got both; remove one of them")
     required = [name for name in ("kxx", "kyy") if name not in estimated and "table" not in block.values]
     block.check_keys(required, [*COEFFICIENTS, "mass", "loss_factor", "table"])
     numbers: dict[str, Any] = coefficients_of(block, units)
     if "mass" in block.values:
-        for name in ("mxx", "myy"):
-            if name in block.values:
-                raise block.error(name, "expected either mass or mxx and myy, got both; remove one of them")
         numbers |= dict.fromkeys(("mxx", "myy"), units.quantity(block, "mass", "mass", at_least=0))
     if "loss_factor" in block.values:
         numbers["loss_factor"] = block.number("loss_factor", at_least=0, at_most=1)
     if "table" in block.values:
-        numbers["dynamic_stiffness"] = read_table(block, "table", units, sheets, measured=True)
+        numbers["dynamic_stiffness"], _ = read_table(block, "table", units, sheets, measured=True)
     return inside(block, "", lambda: Pedestal(**numbers))
 
 

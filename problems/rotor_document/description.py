@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.errors import described
+from ksmea.errors import SettingError, described
 from ksmea.measurement.channel import DIRECTIONS, Channel, direction_at
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.document import Block, Units, inside
@@ -57,6 +57,7 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
     unknowns, reference = read_unknowns(_blocks(document, "unknowns"), units, counts)
     owners: dict[Target, str] = {target: item.parameter.name for item in unknowns for target in item.targets}
     probes = _blocks(document, "probes")
+    channels = _channels(probes, units, shaft)
     rotor = Rotor(
         segments,
         tuple(read_disk(block, units, materials, shaft) for block in _blocks(document, "disks")),
@@ -67,15 +68,14 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
             for index, block in enumerate(seals, start=len(bearings))
         ),
         couplings=tuple(_coupling(block, units, shaft) for block in _blocks(document, "couplings")),
-        housing_probes=tuple(_housing_probes(probes, units, shaft, len(bearings))),
+        housing_probes=_housing_probes(probes, channels, len(bearings)),
         masses=tuple(read_mass(block, units, shaft) for block in _blocks(document, "masses")),
     )
-    channels = _channels(probes, units, shaft)
     sizes = {"n_bearing": len(bearings), "n_plane": len(planes), "n_probe": len(channels)}
     inside(document, "", lambda: check_ports(n_element, len(speed), **sizes))
     if "rotation" in document.values and document.choice("rotation", "sense of rotation", ROTATIONS) == ROTATIONS[1]:
         rotor, channels = mirrored(rotor), tuple(map(_mirrored_channel, channels))
-        unknowns, reference = _mirrored_unknowns(unknowns, reference)
+        unknowns, reference = inside(document, "rotation", lambda: _mirrored_unknowns(unknowns, reference))
     problem = inside(document, "", lambda: RotorProblem(rotor, unknowns, speed, channels))
     return RotorDescription(problem, reference, sheets.read)
 
@@ -140,21 +140,28 @@ def _direction(block: Block) -> str:
     return block.choice("direction", "direction", DIRECTIONS)
 
 
-def _housing_probes(blocks: Sequence[Block], units: Units, shaft: Rotor, n_bearing: int) -> list[HousingProbe]:
-    """Probes that say `relative_to: bearing 1`."""
+def _housing_probes(blocks: Sequence[Block], channels: Sequence[Channel], n_bearing: int) -> tuple[HousingProbe, ...]:
+    """Probes that say `relative_to: bearing 1`. Where all at a place are relative to one bearing, others in a measurement are too."""
     found = []
-    for block in blocks:
-        if "relative_to" not in block.values:
-            continue
-        thing, _, number = block.text("relative_to").partition(" ")
-        if thing != "bearing" or not (number.isascii() and number.isdigit() and 1 <= int(number) <= n_bearing):
-            raise block.error(
-                "relative_to",
-                f"expected a bearing from 1 to {n_bearing}, such as 'bearing 1', got {described(block.values['relative_to'])}",
-            )
-        position = position_of(block, units, shaft, "probe", needs_node=False)
-        found.append(HousingProbe(position, _direction(block), int(number) - 1))
-    return found
+    bearings = [_bearing_of(block, n_bearing) for block in blocks]
+    for channel, bearing in zip(channels, bearings):
+        beside = {own for own, other in zip(bearings, channels) if other.position == channel.position}
+        if bearing is not None:
+            found.append(HousingProbe(channel.position, None if len(beside) == 1 else channel.direction, bearing))
+    return tuple(dict.fromkeys(found))
+
+
+def _bearing_of(block: Block, n_bearing: int) -> int | None:
+    """The bearing, by its index, whose housing carries a probe; None: it is fixed to the ground."""
+    if "relative_to" not in block.values:
+        return None
+    thing, _, number = block.text("relative_to").partition(" ")
+    if thing != "bearing" or not (
+        number.isascii() and number.isdigit() and len(number) < 6 and 1 <= int(number) <= n_bearing
+    ):
+        given = described(block.values["relative_to"])
+        raise block.error("relative_to", f"expected a bearing from 1 to {n_bearing}, such as 'bearing 1', got {given}")
+    return int(number) - 1
 
 
 def mirrored(rotor: Rotor) -> Rotor:
@@ -188,7 +195,13 @@ def _mirrored_unknowns(
     found, values = [], dict(reference)
     for item in unknowns:
         own = item.parameter
-        if any(changes_sign(target) for target in item.targets):
+        signs = {changes_sign(target) for target in item.targets}
+        if len(signs) > 1:
+            raise SettingError(
+                f"expected unknowns that set either cross-coupled coefficients or direct ones, got {own.name}, which ties both;"
+                " describe the rotor with y reversed, and leave rotation out"
+            )
+        if True in signs:
             own = Parameter(own.name, own.unit, own.si_per_unit, -own.upper, -own.lower)
             if own.name in values:
                 values[own.name] = -values[own.name]

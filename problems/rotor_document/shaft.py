@@ -79,20 +79,32 @@ def read_shaft(
             f"expected segments of at most {LONGEST_SHAFT:g} m together, got {sum(lengths):g} m, which is implausible; check"
             " units.length",
         )
-    own = [block.values["material"] for block in blocks if "coupling" not in block.values]
-    if not own:
+    shafts = [segment for segment in segments if isinstance(segment, ShaftSegment)]
+    if not shafts:
         raise blocks[0].error("coupling", "expected a segment of shaft beside it, got couplings alone")
-    stiffest = max(own, key=lambda name: materials[name].young_modulus)
-    if materials[stiffest].young_modulus < LEAST_MODULUS:  # a soft sleeve is a layer of a shaft that is not
-        raise _implausible(named.block(stiffest), materials[stiffest].young_modulus)
+    _refuse_soft(shafts, materials, named)
     if mesh is None:
         return tuple(segments)
-    shafts = [segment for segment in segments if isinstance(segment, ShaftSegment)]
     counts = iter(share_elements(mesh - (len(segments) - len(shafts)), [segment.length for segment in shafts]))
     return tuple(
         replace(segment, n_element=next(counts)) if isinstance(segment, ShaftSegment) else segment
         for segment in segments
     )
+
+
+def _refuse_soft(shafts: Sequence[ShaftSegment], materials: Mapping[str, Material], named: Block) -> None:
+    """Raise `SettingError` where a material is too soft, but for sleeves: in segments that another material makes stiff."""
+    for name, material in materials.items():
+        if material.young_modulus >= LEAST_MODULUS:
+            continue
+        using = [each for each in shafts if material in (each.material, *(layer.material for layer in each.layers))]
+        if not using or not all(map(_is_stiff, using)):
+            raise _implausible(named.block(name), material.young_modulus)
+
+
+def _is_stiff(segment: ShaftSegment) -> bool:
+    bending = [segment.material, *(layer.material for layer in segment.layers if layer.carries != "mass")]
+    return any(material.young_modulus >= LEAST_MODULUS for material in bending)
 
 
 def _segment(block: Block, units: Units, materials: Mapping[str, Material], length: float) -> ShaftSegment:
@@ -124,8 +136,8 @@ def _segment(block: Block, units: Units, materials: Mapping[str, Material], leng
 
 
 def _layer(block: Block, units: Units, materials: Mapping[str, Material], shear: float) -> Layer:
-    optional = ("inner_diameter", "outer_diameter_right", "inner_diameter_right", "carries")
-    block.check_keys(("outer_diameter", "material"), optional)
+    optional = ("outer_diameter_right", "inner_diameter_right", "carries")
+    block.check_keys(("outer_diameter", "inner_diameter", "material"), optional)
     outer, inner = _radii(block, units)
     carries = block.choice("carries", "part", CARRIES) if "carries" in block.values else "both"
     right, material = _right_radii(block, units), _material_of(block, materials)

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from ksmea.errors import SettingError, described, shortened, unknown
-from ksmea.settings.document import Block, Units, inside
+from ksmea.settings.document import PLAUSIBLE, Block, Units, inside
 from ksmea.settings.regular_files import read_input
 from ksmea.units import SI_PER_UNIT
 from problems.rotor.finite_elements.bearing import COEFFICIENTS, DAMPINGS, MASSES, STIFFNESSES, SpeedTable
@@ -29,10 +29,14 @@ QUANTITY_OF = {
 }
 MEASURED = tuple(f"{part}_z{entry}" for entry in ("xx", "xy", "yx", "yy") for part in ("re", "im"))
 QUANTITY_OF_MEASURED = {"frequency": "speed", **dict.fromkeys(MEASURED, "stiffness")}
+REQUIRED_MEASURED = ("re_zxx", "re_zyy")
 NUMBER, TEXT = "number", "text"  # columns without a unit
 LARGEST = 5 * 10**6  # bytes of a sheet
-MOST_ROWS = 10_000
+LARGEST_NUMBER = 1e9  # without a unit
+MOST_ROWS, MOST_COLUMNS = 10_000, 100
 HEADING = re.compile(r"\s*([A-Za-z_][A-Za-z_ ]*?)\s*(?:[\[(]\s*(.+?)\s*[\])])?\s*")
+PLAIN = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
+DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?", re.ASCII)
 SPELLINGS = {"³": "3", "²": "2", "^": "", "·": " ", "*": " ", "µ": "u", "μ": "u", "-": " ", "lbf.": "lbf "}
 
 
@@ -44,9 +48,11 @@ class RotorSheets:
     read: dict[str, bytes] = field(default_factory=dict)
 
 
-def read_table(block: Block, key: str, units: Units, sheets: RotorSheets, *, measured: bool = False) -> SpeedTable:
-    """A table of a bearing, twelve columns over speed, or of the dynamic stiffness of a support over frequency, eight; columns that are not
-    there are 0."""
+def read_table(
+    block: Block, key: str, units: Units, sheets: RotorSheets, *, measured: bool = False
+) -> tuple[SpeedTable, tuple[str, ...]]:
+    """A table of a bearing, twelve columns over speed, or of the dynamic stiffness of a support over frequency, eight, and the
+    columns that it has; others are 0."""
     quantities = QUANTITY_OF_MEASURED if measured else QUANTITY_OF
     first, *others = quantities
     value = block.values[key]
@@ -54,14 +60,13 @@ def read_table(block: Block, key: str, units: Units, sheets: RotorSheets, *, mea
         columns = inside(block, key, lambda: _of_sheet(value, quantities, sheets))
     else:
         columns = _inline(block.block(key), quantities, units)
-    if first not in columns or len(columns) < 2:
-        raise block.error(
-            key, f"expected columns {first} and any of {', '.join(others)}, got {', '.join(columns) or 'none'}"
-        )
+    required = (first, *(REQUIRED_MEASURED if measured else ()))
+    if len(columns) < 2 or not all(name in columns for name in required):
+        expected = f"{', '.join(required)} and any of {', '.join(name for name in others if name not in required)}"
+        raise block.error(key, f"expected columns {expected}, got {', '.join(columns) or 'none'}")
     names = MEASURED if measured else COEFFICIENTS
-    n_row = len(columns[first])
-    rows = zip(*(columns.get(name, [0.0] * n_row) for name in names))
-    return inside(block, key, lambda: SpeedTable(tuple(columns[first]), tuple(rows)))
+    rows = zip(*(columns.get(name, [0.0] * len(columns[first])) for name in names))
+    return inside(block, key, lambda: SpeedTable(tuple(columns[first]), tuple(rows))), tuple(columns)
 
 
 def _inline(block: Block, quantities: Mapping[str, str], units: Units) -> dict[str, list[float]]:
@@ -71,12 +76,17 @@ def _inline(block: Block, quantities: Mapping[str, str], units: Units) -> dict[s
     for name in block.values:
         entries = block.entries(name)
         listed = Block(block.file, block.path, {f"{name}[{n}]": each for n, each in enumerate(entries, start=1)})
-        columns[name] = [units.quantity(listed, key, quantities[name]) for key in listed.values]
+        limits = {"at_least": 0} if quantities[name] == "speed" else {}
+        columns[name] = [units.quantity(listed, key, quantities[name], **limits) for key in listed.values]
         if len(columns[name]) != len(next(iter(columns.values()))):
             first = next(iter(columns))
             raise block.error(
                 name, f"expected {len(columns[first])} numbers, as many as of {first}, got {len(entries)}"
             )
+        if limits:
+            for number, (before, after) in enumerate(pairwise(entries), start=2):
+                if after <= before:
+                    raise block.error(f"{name}[{number}]", f"expected a {name} above {before:g}, got {after:g}")
     return columns
 
 
@@ -109,33 +119,59 @@ def columns_of(
         raise SettingError(f"{path}: expected headings and rows of numbers, got {len(filled)} rows")
     names, given = _headings(filled[0][1], path, quantities)
     body = filled[1:]
-    if not any(given) and not any(_is_number(cell) for cell in body[0][1]):
-        given, body = [_spelt(cell) for cell in body[0][1]], body[1:]
-    if len(body) > MOST_ROWS:
-        raise SettingError(f"{path}: expected at most {MOST_ROWS} rows, got {len(body)}")
+    if not any(given) and not any(PLAIN.fullmatch(cell.strip()) for cell in body[0][1]):
+        given, body = [_spelt(cell.strip("[] ")) for cell in body[0][1]], body[1:]
+    if not 0 < len(body) <= MOST_ROWS:
+        raise SettingError(f"{path}: expected 1 to {MOST_ROWS} rows of numbers, got {len(body)}")
     units = dict(zip(names, [*given, *[""] * len(names)]))
     numbers = [name for name in names if quantities[name] != TEXT]
     sizes = {name: _unit(name, units[name], path, quantities[name]) for name in numbers}
     found: dict[str, list[float]] = {name: [] for name in numbers}
     texts: dict[str, list[str]] = {name: [] for name in names if quantities[name] == TEXT}
     for number, row in body:
+        if any(cell.strip() for cell in row[len(names) :]):
+            raise SettingError(
+                f"{path}: row {number}: expected {len(names)} cells as in the heading, got {len(row)}; write decimal points, no"
+                " commas"
+            )
         for place, name in enumerate(names):
             cell = row[place].strip() if place < len(row) else ""
             if name in texts:
                 texts[name].append(cell)
                 continue
-            if not _is_number(cell):
-                raise SettingError(f"{path}: row {number}, {name}: expected a number, got {described(cell or None)}")
-            found[name].append(float(cell) * sizes[name])
+            value = _number(cell, f"{path}: row {number}, {name}", quantities[name], sizes[name])
+            if quantities[name] == "speed":
+                _require_rising(found[name], value, sizes[name], f"{path}: row {number}, {name}")
+            found[name].append(value)
     return found, texts
+
+
+def _require_rising(before: Sequence[float], value: float, size: float, where: str) -> None:
+    if value < 0 or (before and value <= before[-1]):
+        above = f"above {before[-1] / size:g}" if before else "of at least 0"
+        raise SettingError(f"{where}: expected a number {above}, got {value / size:g}")
+
+
+def _number(cell: str, where: str, quantity: str, size: float) -> float:
+    """A cell in SI, its unit of a size."""
+    if not PLAIN.fullmatch(cell):
+        hint = "; write decimal points, no commas" if DECIMAL_COMMA.fullmatch(cell) else ""
+        raise SettingError(f"{where}: expected a number, got {described(cell or None)}{hint}")
+    value = float(cell)
+    most = PLAUSIBLE.get(quantity, (0.0, LARGEST_NUMBER))[1]
+    if not abs(value) * size <= most:
+        raise SettingError(f"{where}: expected a {quantity} of at most {most / size:.3g}, got {value:g}")
+    return value * size
 
 
 def _headings(cells: Sequence[str], path: str, known: Mapping[str, str]) -> tuple[list[str], list[str]]:
     """Names of columns, and the units in their headings."""
     names, given = [], []
+    while cells and not cells[-1].strip():  # cells that a spreadsheet leaves behind
+        cells = cells[:-1]
     for cell in cells:
         match = HEADING.fullmatch(cell)
-        name = match[1].strip().lower().replace(" ", "_") if match else cell
+        name = match[1].strip().lower().replace(" ", "_") if match else cell.strip()
         if name not in known:
             raise SettingError(f"{path}: {unknown('column', shortened(name), known)}")
         if name in names:
@@ -162,13 +198,6 @@ def _spelt(unit: str) -> str:
     for letter, own in SPELLINGS.items():
         unit = unit.replace(letter, own)
     return " ".join(unit.split())
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        return math.isfinite(float(cell))
-    except ValueError:
-        return False
 
 
 def _rows_of_csv(content: bytes, path: str) -> list[list[str]]:
@@ -204,7 +233,7 @@ def _rows_of_excel(content: bytes, path: str, sheet: str) -> list[list[str]]:
             )
         if sheet and sheet not in names:
             raise SettingError(f"{path}: {unknown('sheet', sheet, names)}")
-        rows = book[sheet or names[0]].iter_rows(values_only=True)
+        rows = book[sheet or names[0]].iter_rows(values_only=True, max_row=2 * MOST_ROWS, max_col=MOST_COLUMNS)
         return [["" if cell is None else str(cell) for cell in row] for row in rows]
     except SettingError:
         raise

@@ -143,7 +143,7 @@ def test_a_table_beside_the_file(write, tmp_path, name):
 
 
 def test_units_may_stand_in_a_row_of_their_own(write, tmp_path):
-    sheet = "speed;Kxx;kyy;cxx\nrpm;lbf/in;lbf/in;lbf·s/in\n600;1000;2000;3\n900;1100;2100;4\n"
+    sheet = "speed;Kxx;kyy;cxx;cyy\nrpm;lbf/in;lbf/in;lbf·s/in;lbf·s/in\n600;1000;2000;3;3\n900;1100;2100;4;4\n"
     (tmp_path / "t.csv").write_text(sheet, encoding="utf-8")
     inline = WHOLE[WHOLE.index("    table: {speed") : WHOLE.index("    support:")]
     table = RotorFile(file=write(WHOLE.replace(inline, "    table: t.csv\n"))).build().rotor.bearings[0].table
@@ -159,7 +159,11 @@ def test_a_sheet_of_a_workbook(write, tmp_path):
         sheet.append(row)
     book.save(tmp_path / "model.xlsx")
     inline = WHOLE[WHOLE.index("    table: {speed") : WHOLE.index("    support:")]
-    table = RotorFile(file=write(WHOLE.replace(inline, "    table: model.xlsx#left\n"))).build().rotor.bearings[0].table
+    content = WHOLE.replace(inline, "    table: model.xlsx#left\n    cxx: 1\n    cyy: 1\n").replace("cxx factor", "kxy")
+    content = content.replace("{name: cxx, lower: 0.5", "{name: kxy, lower: -2").replace(
+        "stiffness factor", "kyy factor"
+    )
+    table = RotorFile(file=write(content)).build().rotor.bearings[0].table
     assert table.rows[1][:4] == (12e6, 0.0, 0.0, 22.5e6)
     text = refused(WHOLE.replace(inline, "    table: model.xlsx\n"), write)
     assert "expected the name of one sheet, as in model.xlsx#notes, got none; there are notes, left" in text
@@ -169,7 +173,17 @@ def test_a_sheet_of_a_workbook(write, tmp_path):
     ("sheet", "words"),
     [
         ("speed,kxx\n600,1\n", "speed: expected its unit in the heading, such as 'speed [rad/s]', got none"),
-        ("speed [rpm],kxx [N/mm]\n600,1\n500,2\n", "speeds of a table: expected a list that rises"),
+        ("speed [rpm],kxx [N/mm]\n600,1\n500,2\n", "t.csv: row 3, speed: expected a number above 600, got 500"),
+        ("speed [rpm],kxx [N/mm]\n\n600,1\n600,2\n", "t.csv: row 4, speed: expected a number above 600, got 600"),
+        ("speed [rpm],kxx [N/mm]\n-600,1\n", "row 2, speed: expected a number of at least 0, got -600"),
+        (
+            "speed [rpm];kxx [N/mm]\n600;1,5\n",
+            "row 2, kxx: expected a number, got '1,5'; write decimal points, no commas",
+        ),
+        ("speed [rpm],kxx [N/mm]\n600,1,5\n", "row 2: expected 2 cells as in the heading, got 3; write decimal points"),
+        ("speed [rpm],kxx [N/mm]\n600,1_000\n", "row 2, kxx: expected a number, got '1_000'"),
+        ("speed [rpm],kxx [N/mm]\n600,1e300\n", "row 2, kxx: expected a stiffness of at most 1e+15, got 1e+300"),
+        ("speed,kxx\nrpm,N/mm\n", "expected 1 to 10000 rows of numbers, got 0"),
         ("speed [rpm],kxx [N/mm]\n600,\n", "row 2, kxx: expected a number, got nothing"),
         ("speed [rpm],kxx [N/mm]\n600,nan\n", "row 2, kxx: expected a number, got 'nan'"),
         ("speed [rpm],kxx [stone]\n600,1\n", "kxx: unknown unit of stiffness 'stone'"),
@@ -237,7 +251,131 @@ def test_a_rotor_to_draw_needs_no_bearings_probes_or_unknowns(write):
 
 
 def test_a_measurement_by_the_probes_of_a_housing_reads_against_it(write):
-    """A measurement brings its own channels; those at the place and in the direction of a housing's probe are fixed to it."""
+    """A measurement brings its own channels. Where all probes of the file at a place are fixed to one housing, all of the measurement are;
+    else those in the same direction."""
     problem = RotorFile(file=write(WHOLE)).build()
-    seen = problem.at(problem.speed[:3], (Channel(0.02, "x"), Channel(0.02, "y")))
-    assert [seen.rotor.housing_of(channel) for channel in seen.channels] == [0, None]
+    seen = problem.at(problem.speed[:3], (Channel(0.02, "x"), Channel(0.02, "y"), Channel(0.48, "y")))
+    assert [seen.rotor.housing_of(channel) for channel in seen.channels] == [0, 0, None]
+    mixed = WHOLE.replace("direction: 45, relative_to: bearing 1}", "direction: 45}")
+    problem = RotorFile(file=write(mixed)).build()
+    assert [problem.rotor.housing_of(Channel(0.02, each)) for each in ("x", "45", "y")] == [0, None, None]
+
+
+def test_a_number_of_a_bearing_stands_in_one_place(write):
+    """In the table, in the bearing, or with an unknown; one that is nowhere is asked for."""
+    assert "bearings[1].kxx: expected no value, since the table has it" in refused(
+        WHOLE.replace("  - position: 0\n", "  - position: 0\n    kxx: 3\n"), write
+    )
+    said = refused(WHOLE.replace("bearing 1 cxx factor", "bearing 1 cxx"), write)
+    assert (
+        "bearings[1].table: expected no cxx in it, since unknown cxx sets it; remove the column, or set 'cxx factor'"
+        in said
+    )
+    said = refused(WHOLE.replace(" cyy: [5, 5, 5],", ""), write)
+    assert "bearings[1].cyy: expected a value, got nothing; add it" in said
+
+
+def test_all_numbers_of_a_support_may_be_unknown(write):
+    content = WHOLE.replace("{mass: 20, kyy: 60, kxy: 1, cxx: 2, loss_factor: 0.03}", "{}")
+    content = content.replace("[support 1 kxx]", "[support 1 kxx, support 1 kyy]")
+    targets = RotorFile(file=write(content)).build().unknowns[-1].targets
+    assert targets == (PedestalTarget(0, "kxx"), PedestalTarget(0, "kyy"))
+    mass = "  - {name: m, lower: 1, upper: 90, sets: [support 1 mass]}\n"
+    assert "since unknown m sets it" in refused(WHOLE + mass, write)
+    given = refused(WHOLE.replace("{mass: 20,", "{mxx: 20,") + mass, write)
+    assert "bearings[1].support.mxx: expected either mass or mxx and myy" in given
+
+
+def test_a_measured_support_is_a_table_over_frequency(write, tmp_path):
+    table = "frequency [Hz],re_zxx [MN/m],im_zxx [MN/m],re_zyy [MN/m],re_zyx [MN/m]\n10,50,1,60,0\n100,40,10,55,0.5\n"
+    (tmp_path / "support.csv").write_text(table)
+    supported = WHOLE.replace("{mass: 20, kyy: 60, kxy: 1, cxx: 2, loss_factor: 0.03}", "{table: support.csv}")
+    supported = supported.replace("[support 1 kxx]", "[bearing 2 kxy]")
+    pedestal = RotorFile(file=write(supported)).build().rotor.bearings[0].pedestal
+    frequency = 2 * np.pi * np.array([10.0, 100.0])
+    assert pedestal.impedance(frequency)[:, 0, 0] == pytest.approx([50e6 + 1e6j, 40e6 + 10e6j])
+    assert pedestal.impedance(frequency)[:, 1, 0] == pytest.approx([0, 0.5e6])
+    (tmp_path / "support.csv").write_text("frequency [Hz],re_zxx [MN/m]\n10,50\n")
+    said = refused(supported, write)
+    assert "support.table: expected columns frequency, re_zxx, re_zyy and any of" in said
+
+
+def test_a_sleeve_may_be_soft_where_something_else_is_stiff(write):
+    """A slip in the unit of one material of several is still seen: a segment of it alone would be soft, or a disk."""
+    for old, new in (
+        ("outer_diameter: 50, material: steel", "outer_diameter: 50, material: sleeve"),
+        ("inner_diameter: 60, material: sleeve", "inner_diameter: 60, material: steel"),  # used nowhere
+    ):
+        said = refused(WHOLE.replace(old, new), write)
+        assert "materials.sleeve.young_modulus: expected 1 to 1500 GPa, got 7e-06 GPa" in said
+    swapped = WHOLE.replace("stiffness_outer_diameter: 55, material: steel", "material: sleeve")
+    swapped = swapped.replace("inner_diameter: 60, material: sleeve", "inner_diameter: 60, material: steel")
+    assert RotorFile(file=write(swapped)).build().rotor.segments[1].material.young_modulus == pytest.approx(7e3)
+
+
+def test_mirrored_unknowns_have_mirrored_limits(write):
+    cross = WHOLE.replace(
+        "lower: 5, upper: 50, reference: 20, sets: [bearing 2 kyy]", "lower: -5, upper: 50, reference: 20, sets: [SETS]"
+    )
+    cross = cross.replace("kxx: 20, cxx: 1", "kxx: 20, kyy: 20, cxx: 1") + "rotation: y to x\n"
+    settings = RotorFile(file=write(cross.replace("SETS", "bearing 2 kxy")))
+    k = settings.build().parameters.items[2]
+    assert (k.lower, k.upper, settings.reference()["kyy"]) == (-50e6, 5e6, -20e6)
+    said = refused(cross.replace("SETS", "bearing 2 kxy, seal 1 kyy"), write)
+    assert (
+        "my.yaml: rotation: expected unknowns that set either cross-coupled coefficients or direct ones, got kyy"
+        in said
+    )
+
+
+ON_SUPPORTS = """\
+units: {length: m, modulus: GPa, density: kg/m3, stiffness: MN/m, damping: kN s/m, unbalance: g mm, angle: deg, speed: rpm}
+materials:
+  steel: {young_modulus: 211, density: 7810, poisson_ratio: 0.2993}
+shaft:
+  - {length: 0.5, outer_diameter: 0.05, material: steel, elements: 6}
+  - {length: 0.5, outer_diameter: 0.05, material: steel, elements: 6}
+  - {length: 0.5, outer_diameter: 0.05, material: steel, elements: 6}
+disks:
+  - {position: 0.5, outer_diameter: 0.28, inner_diameter: 0.05, thickness: 0.07, material: steel}
+  - {position: 1.0, outer_diameter: 0.35, inner_diameter: 0.05, thickness: 0.07, material: steel}
+bearings:
+  - {position: 0, support: SUPPORT}
+  - {position: 1.5, support: SUPPORT}
+unbalance: [{position: 0.5, phase: 0}]
+speeds: {from: 300, to: 4500, number: 15}
+probes:
+  - {position: 0.05, direction: x, relative_to: bearing 1}
+  - {position: 0.05, direction: y, relative_to: bearing 1}
+  - {position: 1.45, direction: x, relative_to: bearing 2}
+  - {position: 1.45, direction: y, relative_to: bearing 2}
+unknowns:
+  - {name: u, lower: 10, upper: 2000, sets: [unbalance 1 magnitude]}
+  - {name: kxx, lower: 0.5, upper: 50, sets: [bearing 1 kxx, bearing 2 kxx]}
+  - {name: kyy, lower: 0.5, upper: 50, sets: [bearing 1 kyy, bearing 2 kyy]}
+  - {name: cxx, lower: 0.05, upper: 20, sets: [bearing 1 cxx, bearing 2 cxx]}
+  - {name: cyy, lower: 0.05, upper: 20, sets: [bearing 1 cyy, bearing 2 cyy]}
+"""
+OF_SUPPORTS = """\
+  - {name: sx, lower: 2, upper: 200, sets: [support 1 kxx, support 2 kxx]}
+  - {name: sy, lower: 2, upper: 200, sets: [support 1 kyy, support 2 kyy]}
+"""
+SUPPORTS = {"known": ("{kxx: 16.667, kyy: 25, loss_factor: 0.03}", ""), "unknown": ("{loss_factor: 0.03}", OF_SUPPORTS)}
+
+
+@pytest.mark.parametrize("support", SUPPORTS)
+def test_a_machine_on_soft_supports_with_probes_on_its_housings(support, write):
+    """A housing without mass moves by v = z_b q / (z_b + z_p), in x and y apart: the probes at a bearing's place read q − v of the
+    motion that probes on the ground read."""
+    given, further = SUPPORTS[support]
+    content = ON_SUPPORTS.replace("SUPPORT", given) + further
+    content = content.replace("position: 0.05", "position: 0").replace("position: 1.45", "position: 1.5")
+    by_ground = content.replace(", relative_to: bearing 1", "").replace(", relative_to: bearing 2", "")
+    problem, ground = (RotorFile(file=write(each)).build() for each in (content, by_ground))
+    assert [problem.rotor.housing_of(channel) for channel in problem.channels] == [0, 0, 1, 1]
+    x = np.array([2e-4, 5e6, 8e6, 2e3, 3e3, 16.667e6, 25e6][: len(problem.parameters)])
+    support_stiffness = np.array([16.667e6, 25e6]) * (1 + 0.03j)
+    film = x[1:3] + 1j * problem.speed[:, None] * x[3:5]
+    part = np.tile(support_stiffness / (film + support_stiffness), 2)
+    # Rounding of a solution near resonance: 1e-13 times its condition
+    np.testing.assert_allclose(problem.response(x[None])[0], part * ground.response(x[None])[0], rtol=1e-9)
