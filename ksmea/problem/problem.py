@@ -90,6 +90,10 @@ class Problem(ABC):
         """What it lacks to be compared with data, though not to be drawn. Left out: nothing."""
         return ()
 
+    def remarks_at(self, speed: Array) -> tuple[str, ...]:
+        """What a report should say of the model at speeds (n,) rad/s, such as a table that ends before them. Left out: nothing."""
+        return ()
+
     @property
     def machine(self) -> Problem:
         """What effects are told of: the problem itself; of several runs the machine that all of them saw."""

@@ -170,6 +170,7 @@ class LocationRecord(Record):
     seconds: float | None = None  # of a core
     n_channel: int | None = None  # of the measurement; older records do not have it
     breaks: tuple[int, ...] = ()  # where the speeds of a further run begin
+    remarks: tuple[str, ...] = ()  # on the model at these speeds
 
     def shown_data(self) -> dict[str, Any]:
         """Kind, accepted sites, law and work first; then all that was tried."""

@@ -46,7 +46,8 @@ def plot(record: LocationRecord, axes: Axes | None = None) -> Figure:
 
 def text(record: LocationRecord) -> str:
     """The location as an engineer would say it."""
-    return "\n\n".join([_plain(record), *findings(record)])
+    remarks = [f"Note: {remark}" for remark in record.remarks]
+    return "\n\n".join([_plain(record), *findings(record), *remarks])
 
 
 def findings(record: LocationRecord) -> list[str]:

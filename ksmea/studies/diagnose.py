@@ -150,7 +150,7 @@ def diagnosis(
     options = options or DiagnosisOptions()
     found = diagnose(case, effects, Search(rng, options.effort, workers), options.criteria)
     stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
-    remarks = (*campaign_remarks(case), *report.remarks, *stated)
+    remarks = (*campaign_remarks(case), *case.problem.remarks_at(case.problem.speed), *report.remarks, *stated)
     record = diagnosis_record(found, fine=report.fine)
     case = found.baseline.case  # with the noise that it goes by
     if options.locate and record.verdict in WRONG and not missing_to_locate(case.problem, case.measurement.kind):

@@ -88,7 +88,7 @@ def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | 
             for value, varied in varied_data(variation, point, options)
         ),
         lack_of_fit=point.lack_of_fit,
-        remarks=point.remarks,
+        remarks=(*problem.remarks_at(problem.speed), *point.remarks),
     )
 
 

@@ -205,7 +205,7 @@ def _method_record(case: Case, found: Identification, took: Meter, trace: TraceR
             )
             for update in found.history
         ),
-        remarks=found.remarks,
+        remarks=(*case.problem.remarks_at(case.problem.speed), *found.remarks),
         notes={name: finite(value) for name, value in found.notes.items()},
         trace=trace,
     )

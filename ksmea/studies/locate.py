@@ -141,6 +141,7 @@ def location_record(
         laws=tuple(_law(fit, found.level) for fit in laws),
         n_channel=len(measurement.channels),
         breaks=measurement.breaks,
+        remarks=problem.remarks_at(measurement.speed),
         extension=extension,
         predictive_gain=gain,
     )

@@ -113,7 +113,8 @@ def planning_study(point: DesignPoint, options: PlanningOptions | None = None) -
     target = range(len(parameters)) if options.target is None else [parameters.names.index(options.target)]
     present = _Present(problem, x, Criterion(tuple(target)), rows_of)
     found = [family(present, options) for family in (_speeds, _probes, _trial_run)]
-    remarks = [*point.remarks, *(entry for entry in found if isinstance(entry, str))]
+    considered = np.array([*problem.speed, *options.speed_limits(problem)])
+    remarks = [*problem.remarks_at(considered), *point.remarks, *(entry for entry in found if isinstance(entry, str))]
     if np.all(np.equal(noise.floor, 0)):
         remarks.append(
             "the noise is proportional to each value: positions and speeds of hardly any motion count like all others;"

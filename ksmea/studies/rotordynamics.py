@@ -101,7 +101,7 @@ def rotordynamics(
         threshold=problem.stability_threshold(x, highest),
         speed_map=_speed_map(rotor, layout, options, highest),
         shapes=_mode_shapes(rotor, layout, shown_at, options.modes),
-        remarks=(*remarks, *rotor.remarks),
+        remarks=(*remarks, *problem.remarks_at(speed), *rotor.remarks),
     )
 
 

@@ -83,7 +83,7 @@ def identified(record: IdentificationRecord) -> MachineRow:
     fit = "not tested" if test is None else NOT_EXPLAINED if test.rejected else EXPLAINED
     facts: dict[str, str | float | None] = {"fit": fit, "lack_of_fit_p": None if test is None else test.p}
     noise = None if effort is None else (effort.noise.relative, effort.noise.floor)
-    remarks = () if data is None else data.remarks
+    remarks = (*(() if data is None else data.remarks), *record.remarks)
     values = {each.name: each.shown for each in record.parameters}
     return MachineRow(fit, facts, values, noise, remarks, identification_text.text(record))
 

@@ -15,6 +15,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
+from ksmea.units import RPM
 from problems.rotor.finite_elements.bearing import LARGEST, Bearing
 from problems.rotor.finite_elements.segments import Disk, Segment, require_not_negative, require_positive
 
@@ -117,6 +118,29 @@ class Rotor:
             if is_there and probe.direction in (None, channel.direction):
                 return probe.bearing
         return None
+
+    def tables_beyond(self, speed: Array) -> tuple[str, ...]:
+        """Which tables of bearings, seals and supports do not reach all of these speeds (n,) rad/s, a sentence for each range."""
+        names = [f"{thing} {number}" for thing, number in self._numbered]
+        tables = [(name, bearing.table) for name, bearing in zip(names, self.supported)]
+        pedestals = ((name, bearing.pedestal) for name, bearing in zip(names, self.supported))
+        tables += [(f"support of {name}", each.dynamic_stiffness) for name, each in pedestals if each is not None]
+        short: dict[tuple[float, float], list[str]] = {}
+        for name, table in tables:
+            if table is not None and table.beyond(speed):
+                short.setdefault((table.speed[0], table.speed[-1]), []).append(name)
+        reached = f"{np.min(speed) / RPM:.5g} to {np.max(speed) / RPM:.5g} rpm"
+        return tuple(
+            f"{', '.join(names)}: the table from {low / RPM:.5g} to {high / RPM:.5g} rpm does not reach all speeds, {reached}; its values"
+            " at the nearest end are taken there"
+            for (low, high), names in short.items()
+        )
+
+    @property
+    def _numbered(self) -> list[tuple[str, int]]:
+        """What `supported` holds, as rotor files count it."""
+        parts = (("bearing", self.bearings), ("seal", self.seals))
+        return [(thing, number) for thing, those in parts for number in range(1, len(those) + 1)]
 
     @property
     def mass(self) -> float:

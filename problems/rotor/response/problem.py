@@ -183,6 +183,9 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         parts = {"bearings": self.rotor.bearings, "unbalance": self.rotor.unbalance, "unknowns": self.unknowns}
         return tuple(name for name, own in parts.items() if not own)
 
+    def remarks_at(self, speed: Array) -> tuple[str, ...]:
+        return self.rotor.tables_beyond(np.asarray(speed))
+
     @property
     def sites(self) -> Array:
         """The nodes of the shaft, (n,) m."""
