@@ -18,7 +18,7 @@ from problems.rotor.response.unknowns import (
 from problems.rotor_document.shaft import position_of
 from problems.rotor_document.tables import RotorSheets, read_table
 
-OPTIONAL_COEFFICIENTS = ("kxy", "kyx", "cxy", "cyx", *MASSES)  # none unless given
+DIRECT = ("kxx", "kyy", "cxx", "cyy")  # what a bearing has to have; all others are none unless given
 QUANTITY_OF_PART = {
     **dict.fromkeys(STIFFNESSES, "stiffness"),
     **dict.fromkeys(DAMPINGS, "damping"),
@@ -62,8 +62,7 @@ def _bearing(
                 "table",
                 f"expected no {name} in it, since unknown {owners[targets[name]]} sets it; remove the column, or set '{name} factor'",
             )
-    known = (*OPTIONAL_COEFFICIENTS, *estimated, *columns)
-    required = [name for name in COEFFICIENTS if what == "bearing" and name not in known]
+    required = [name for name in DIRECT if what == "bearing" and name not in (*estimated, *columns)]
     block.check_keys(["position", *required], [*COEFFICIENTS, "table", *(["support"] if what == "bearing" else [])])
     position = position_of(block, units, shaft, what, needs_node=True)
     numbers: dict[str, Any] = coefficients_of(block, units)

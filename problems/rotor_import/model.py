@@ -88,7 +88,8 @@ def _layered(layers: Sequence[ShaftElement]) -> Entry:
         layers, key=lambda each: (each.entry.get("inner_diameter", 0.0), each.entry["outer_diameter"])
     )
     keys = ("outer_diameter", "inner_diameter", "outer_diameter_right", "inner_diameter_right", "material")
-    further = [{key: each.entry[key] for key in keys if key in each.entry} for each in others]
+    hollow: list[Entry] = [{"inner_diameter": 0.0, **each.entry} for each in others]
+    further = [{key: each[key] for key in keys if key in each} for each in hollow]
     return {"length": own.length, **own.entry, "layers": further, "elements": 1}
 
 

@@ -20,6 +20,8 @@ from ksmea.arrays import Array
 from ksmea.errors import SettingError, described, shortened
 from ksmea.settings.regular_files import read_input
 from problems.rotor.finite_elements.bearing import COEFFICIENTS
+from problems.rotor_document.bearings import DIRECT
+from problems.rotor_document.tables import REQUIRED_MEASURED
 from problems.rotor_import.model import Entry, ImportedRotor, ShaftElement, with_shaft
 
 ROUNDING = 1e-12  # of the largest number of its kind: smaller ones are 0
@@ -231,10 +233,9 @@ def _point_mass(
 def _coefficients(rotor: ImportedRotor, tag: str, section: Entry, major: int) -> Entry:
     """kxx … myy, as numbers or as a table."""
     speed, columns = _columns(rotor, tag, section, major)
-    kept = {name: values for name, values in columns.items() if np.any(values)}
+    kept = {name: values for name, values in columns.items() if name in DIRECT or np.any(values)}
     if speed is None:
-        required = dict.fromkeys(("kxx", "kyy", "cxx", "cyy"), 0.0)
-        return required | {name: float(values[0]) for name, values in kept.items()}
+        return {name: float(values[0]) for name, values in kept.items()}
     return {"table": {"speed": speed.tolist(), **{name: values.tolist() for name, values in kept.items()}}}
 
 
@@ -250,7 +251,7 @@ def _support(rotor: ImportedRotor, tag: str, section: Entry, major: int) -> Entr
     rotor.remarks.append(
         f"{shortened(tag)}: a support as a table, taken as its dynamic stiffness at the frequency of rotation."
     )
-    return {"table": {name: values for name, values in table.items() if np.any(values)}}
+    return {"table": {name: values for name, values in table.items() if name in REQUIRED_MEASURED or np.any(values)}}
 
 
 def _columns(rotor: ImportedRotor, tag: str, section: Entry, major: int) -> tuple[Array | None, dict[str, Array]]:

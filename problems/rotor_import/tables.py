@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ksmea.errors import SettingError, shortened
+from problems.rotor_document.bearings import DIRECT
 from problems.rotor_document.tables import QUANTITY_OF, RotorSheets, columns_of, sheet_rows
 from problems.rotor_import.model import Entry, ImportedRotor, ShaftElement, with_shaft
 
@@ -189,8 +190,8 @@ def _bearing(word: str, position: float) -> Entry:
     """Coefficients over speed; a table of one row is a bearing with constant ones."""
     columns, _ = _read(word, QUANTITY_OF)
     _require(columns, ("speed",), word)
-    own = {name: values for name, values in columns.items() if name == "speed" or any(values)}
+    own = {name: values for name, values in columns.items() if name in ("speed", *DIRECT) or any(values)}
     if len(own["speed"]) == 1:
-        direct = dict.fromkeys(("kxx", "kyy", "cxx", "cyy"), 0.0)
+        direct = dict.fromkeys(DIRECT, 0.0)
         return {"position": position, **direct, **{name: values[0] for name, values in own.items() if name != "speed"}}
     return {"position": position, "table": {name: list(values) for name, values in own.items()}}
