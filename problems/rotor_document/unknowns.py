@@ -19,10 +19,12 @@ from problems.rotor.response.unknowns import (
     Target,
     UnbalanceTarget,
     Unknown,
+    numbers_set_by,
 )
 from problems.rotor_document.bearings import QUANTITY_OF_PART
 
 FACTOR = "factor"  # the quantity of a number without unit
+LARGEST_FACTOR = 1e6
 IN_WORDS = {f"{name.removesuffix('_factor')} factor": name for name in FACTORS}  # as a file says them
 OF_ENTRIES = [f"{name} factor" for name in COEFFICIENTS]  # left out where all that may be set is listed
 PARTS = {  # what a target may set of which thing
@@ -40,7 +42,7 @@ def read_unknowns(
     """The unknowns, and the reference values of those that have one, SI; `counts` says how many of each thing there are."""
     unknowns: list[Unknown] = []
     reference: dict[str, float] = {}
-    owners: dict[Target, str] = {}
+    owners: dict[object, str] = {}
     for block in blocks:
         block.check_keys(("name", "lower", "upper", "sets"), ["reference"])
         name = block.text("name")
@@ -49,11 +51,11 @@ def read_unknowns(
         if name in (item.parameter.name for item in unknowns):
             raise block.error("name", f"expected each name once, got '{name}' again")
         targets, quantity = _targets(block, counts, owners)
-        owners |= dict.fromkeys(targets, name)
+        owners |= {number: name for target in targets for number in numbers_set_by(target)}
         if quantity == FACTOR:
             unit = Unit("times table", 1.0)
             lower = block.number("lower", at_least=0)
-            upper = block.number("upper", above=lower)
+            upper = block.number("upper", above=lower, at_most=LARGEST_FACTOR)
             value = block.number("reference", at_least=lower, at_most=upper) if "reference" in block.values else None
         else:
             unit = units.unit(quantity)
@@ -67,16 +69,20 @@ def read_unknowns(
     return tuple(unknowns), reference
 
 
-def _targets(block: Block, counts: Mapping[str, int], owners: Mapping[Target, str]) -> tuple[tuple[Target, ...], str]:
+def _targets(block: Block, counts: Mapping[str, int], owners: Mapping[object, str]) -> tuple[tuple[Target, ...], str]:
     """What an unknown sets, and the quantity that all of it is."""
     targets: list[Target] = []
     quantities: list[str] = []
+    owners = dict(owners)
     for number, entry in enumerate(block.entries("sets"), start=1):
         key = f"sets[{number}]"
         target, quantity = _target(block, key, entry, counts)
-        if target in owners or target in targets:
-            owner = owners.get(target, block.values["name"])
-            raise block.error(key, f"expected each number to be set once, got {described(entry)}, which {owner} sets")
+        for each in numbers_set_by(target):
+            if each in owners:
+                raise block.error(
+                    key, f"expected each number to be set once, got {described(entry)}, which {owners[each]} sets"
+                )
+            owners[each] = block.values["name"]
         targets.append(target)
         quantities.append(quantity)
         if quantities[-1] != quantities[0]:

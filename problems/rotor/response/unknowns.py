@@ -307,7 +307,7 @@ def check_unknowns(rotor: Rotor, unknowns: Sequence[Unknown]) -> None:
             raise SettingError(f"unknown {name}: expected at least one target, got none")
         for target in item.targets:
             _check_target(rotor, name, target)
-            for number in _numbers_set_by(target):
+            for number in numbers_set_by(target):
                 if number in owner:
                     raise SettingError(
                         f"unknown {name}: {target} is already set by {owner[number]}; tie them in one unknown"
@@ -315,7 +315,8 @@ def check_unknowns(rotor: Rotor, unknowns: Sequence[Unknown]) -> None:
                 owner[number] = name
 
 
-def _numbers_set_by(target: Target) -> list[object]:
+def numbers_set_by(target: Target) -> list[object]:
+    """Which numbers of a rotor it sets: a factor on all of K sets those on its four columns."""
     if isinstance(target, BearingTarget):
         return [(target.bearing, target.is_factor, column) for column in target.columns]
     if isinstance(target, PedestalTarget):
@@ -337,8 +338,18 @@ def _check_target(rotor: Rotor, name: str, target: Target) -> None:
             f"unknown {name}: expected a bearing with a table for a {target.coefficient.replace('_', ' ')}, got"
             f" bearing {index + 1} without one; set a coefficient, or give it a table"
         )
+    if isinstance(target, BearingTarget) and target.is_factor and not _has_column(rotor.supported[index], target):
+        raise SettingError(
+            f"unknown {name}: expected a table with more than zeros for a {target.coefficient.replace('_', ' ')}, got none; name"
+            " a column that it has"
+        )
     if isinstance(target, PedestalTarget) and rotor.supported[index].pedestal is None:
         raise SettingError(f"unknown {name}: expected a bearing with a support, got bearing {index + 1} without one")
+
+
+def _has_column(bearing: Bearing, target: BearingTarget) -> bool:
+    """Whether the table of a bearing has anything that a factor would change."""
+    return bearing.table is not None and bool(np.any(np.array(bearing.table.rows)[:, list(target.columns)]))
 
 
 def unknown_impedances(unknowns: Sequence[Unknown]) -> tuple[UnknownImpedance, ...]:
