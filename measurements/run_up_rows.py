@@ -16,9 +16,21 @@ from typing import Any, NoReturn
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement.channel import DIRECTIONS, direction_at
 from ksmea.settings.regular_files import read_input
+from ksmea.units import INCH, MICROMETRE
+
+MIL = 1e-3 * INCH  # m
 
 REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")
 OPTIONAL = ("phase_lead_deg", "sigma_um", "time_s", "run", "harmonic")
+# Further headings, each with what its numbers are multiplied by: lags count against the rotation, 1 mil pp is 12.7 µm 0-pk.
+LENGTHS_UM = {"um": 1.0, "mm": 1e3, "mil": MIL / MICROMETRE, "thou": MIL / MICROMETRE, "in": INCH / MICROMETRE}
+PER_0PK = {"0pk": 1.0, "pp": 0.5, "rms": math.sqrt(2)}
+READ_AS = {"phase_lag_deg": ("phase_lead_deg", -1.0)} | {
+    f"amplitude_{unit}_{kind}": ("amplitude_um_0pk", size * part)
+    for unit, size in LENGTHS_UM.items()
+    for kind, part in PER_0PK.items()
+    if (unit, kind) != ("um", "0pk")
+}
 IMPORT = "`python -m bench import`"
 HEADER = ",".join((*REQUIRED, *OPTIONAL[:2]))
 
@@ -113,6 +125,7 @@ def rows_of(text: str, path: str) -> Rows:
         raise SettingError(
             f"{path}: expected the header {HEADER} and rows below it, got {'remarks only' if text.strip() else 'an empty file'}"
         )
+    factors = {known: factor for known, factor in (READ_AS.get(name, ("", 1.0)) for name in first[1]) if known}
     names = _header(path, *first)
     found: dict[str, list[Any]] = {name: [] for name in (*REQUIRED, *OPTIONAL)}
     numbers: list[int] = []
@@ -127,7 +140,7 @@ def rows_of(text: str, path: str) -> Rows:
             _refuse_count(where, cells, names)
         row = dict(zip(names, cells))
         for name, values in found.items():
-            values.append(_value(where, name, row.get(name, "")))
+            values.append(_value(where, name, row.get(name, ""), factors.get(name, 1.0)))
         numbers.append(number)
     if not numbers:
         raise SettingError(f"{path} line {first[0]}: expected rows below the header, got none")
@@ -161,7 +174,9 @@ def _cells(text: str, path: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _header(path: str, number: int, names: Sequence[str]) -> Sequence[str]:
+    """The names of the columns, those of `READ_AS` by the names of what they are read as."""
     where = f"{path} line {number}"
+    names = [READ_AS[name][0] if name in READ_AS else name for name in names]
     whole = ",".join(names)
     for separator, word in ((";", "semicolons"), ("\t", "tabs"), ("|", "bars")):
         if separator in whole and not set(REQUIRED) <= set(names):
@@ -198,8 +213,8 @@ def _refuse_count(where: str, cells: Sequence[str], names: Sequence[str]) -> NoR
     )
 
 
-def _value(where: str, name: str, cell: str) -> float | str | None:
-    """A cell as a number or direction; None where an optional one is empty."""
+def _value(where: str, name: str, cell: str, factor: float) -> float | str | None:
+    """A cell as a number, times a factor, or direction; None where an optional one is empty."""
     if name == "direction":
         return cell if cell in DIRECTIONS else _direction(where, cell)
     if not cell and name in OPTIONAL:
@@ -208,7 +223,7 @@ def _value(where: str, name: str, cell: str) -> float | str | None:
         return cell
     if not NUMBER.fullmatch(cell):
         _refuse_number(where, name, cell)
-    value = float(cell)
+    value = float(cell) * factor
     if not math.isfinite(value) or abs(value) > LARGEST.get(name, math.inf):
         raise SettingError(
             f"{where}: expected {name} of at most {LARGEST.get(name, 1e308):g}, got {quoted(cell)}; check its unit"

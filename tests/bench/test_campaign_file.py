@@ -259,3 +259,19 @@ def test_differences_want_phases(folder):
         (folder / f"{name}.csv").write_text(as_csv(dataclasses.replace(part, values=np.abs(part.values))))
     with pytest.raises(SettingError, match="expected phases for differences between runs, got amplitudes"):
         ksmea.read_measurement(folder / "campaign.yaml", reference="bare")
+
+
+def test_headings_with_another_unit_or_sign_are_read_as_they_say(folder):
+    """A lag is a negative lead; 1 mil peak to peak is 12.7 µm 0-peak, 1 µm rms is √2 µm."""
+    for heading, factor in (("amplitude_mil_pp", 12.7), ("amplitude_um_rms", 2**0.5), ("amplitude_mm_pp", 500.0)):
+        rows = f"speed_rpm,position_m,direction,{heading},phase_lag_deg\n1000,0.1,x,0.2,30\n1100,0.1,x,0.3,-40\n"
+        (folder / "bare.csv").write_text(rows)
+        (folder / "alone.yaml").write_text("runs:\n  - {name: bare, file: bare.csv}\n")
+        found = ksmea.read_measurement(folder / "alone.yaml").values[:, 0]
+        leads = np.exp(-1j * np.radians([30, -40]))
+        np.testing.assert_allclose(found, np.array([0.2, 0.3]) * factor * 1e-6 * leads, rtol=1e-12)
+    (folder / "bare.csv").write_text(
+        rows.replace("phase_lag_deg", "phase_lead_deg,phase_lag_deg").replace(",30", ",30,30")
+    )
+    with pytest.raises(SettingError, match="expected each column once, got phase_lead_deg twice"):
+        ksmea.read_measurement(folder / "alone.yaml")
