@@ -209,7 +209,8 @@ class BalanceResult(Result[BalanceRecord]):
 
     @property
     def correction(self) -> dict[float, tuple[float, float]]:
-        """Size (g mm) and angle (deg) of the correction weight by the position of its plane, m."""
+        """Size (in the unit of the plane's weights, g mm if the file has none) and angle (deg) of the correction weight by the
+        position of its plane, m."""
         found = self.record.correction
         return {position: (each.size, each.angle) for position, each in zip(found.position, found.weight)}
 

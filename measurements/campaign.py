@@ -9,7 +9,9 @@
 - `weights`, the known unbalance that the shaft carried in this run besides its own: `position` from the left end (m), size
   (g mm) and `angle_deg` (0 if not given), counted from where the model's unbalance phases are, towards the direction of
   rotation. Where the model fixes the phase of its unbalance, angles are from there. A weight without `g_mm` is to be found:
-  two unknowns of the run, within `at_most_g_mm` (the largest unbalance of the model if not given).
+  two unknowns of the run, within `at_most_g_mm` (the largest unbalance of the model if not given). `size: 5 g @ 120 mm` or
+  `size: 2.5 oz in` may stand for `g_mm`, and `at_most` for `at_most_g_mm`; `planes` beside `runs` has radii and holes
+  (`measurements/balancing_planes.py`).
 - `direction` (up, down, steady), a note; `speeds: [from, to]`, those that are used (rpm).
 - A speed may be measured several times in a run.
 - `own: [names]` beside `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
@@ -134,7 +136,8 @@ class CampaignFile(MeasurementSource):
             Run(entry.name, len(run.speed), entry.weights, entry.direction, entry.unknown_weights)
             for entry, run in zip(self._document.runs, self._runs)
         )
-        return Campaign(tuple(runs), self._document.own, self._document.has_own_noise, self.reference)
+        document = self._document
+        return Campaign(tuple(runs), document.own, document.has_own_noise, self.reference, document.planes)
 
     @cached_property
     def _content(self) -> bytes:

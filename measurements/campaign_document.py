@@ -6,14 +6,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from ksmea.measurement.campaign import RUN_DIRECTIONS, UnknownWeight, Weight
+from ksmea.measurement.campaign import RUN_DIRECTIONS, Plane, UnknownWeight, Weight, WeightUnit
 from ksmea.settings.document import Block
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
+from measurements.balancing_planes import Radius, radii, read_planes, read_size
 
 OWN = "own"
+SIZES = {"g_mm", "size"}  # of a known weight
 NOISES = ("shared", OWN)  # whether runs have the same noise, or each its own
 MAX_RUNS = 100
 MAX_ANGLE = 360.0  # degrees
@@ -28,6 +31,7 @@ class RunEntry:
     name: str
     file: str  # of its data, from the working directory
     weights: tuple[Weight, ...]
+    weight_units: tuple[WeightUnit, ...]
     unknown_weights: tuple[UnknownWeight, ...]
     direction: str
     speed_from: float | None
@@ -42,66 +46,77 @@ class Document:
     own: tuple[str, ...]
     has_own_noise: bool
     is_one_file: bool
+    planes: tuple[Plane, ...]
 
 
 def read_document(block: Block) -> Document:
     """The campaign that a file describes."""
     is_one_file = "file" in block.values
-    block.check_keys(["runs"], ["file", "own", "noise"])
+    block.check_keys(["runs"], ["file", "own", "noise", "planes"])
     has_own_noise = "noise" in block.values and block.choice("noise", "noise", NOISES) == OWN
     blocks = block.blocks("runs")
     if len(blocks) > MAX_RUNS:
         raise block.error("runs", f"expected at most {MAX_RUNS}, got {len(blocks)}; leave some out")
-    runs = [_run(each, block if is_one_file else each, is_one_file) for each in blocks]
+    planes = block.blocks("planes") if "planes" in block.values else []
+    radius = radii(planes)
+    runs = [_run(each, block if is_one_file else each, is_one_file, radius) for each in blocks]
     names = [run.name for run in runs]
     for run in runs:
         if names.count(run.name) > 1:
             raise block.error(
                 "runs", f"expected each name once, got {run.name} {names.count(run.name)} times; rename one"
             )
-    return Document(tuple(runs), _own(block), has_own_noise, is_one_file)
+    weights = [pair for run in runs for pair in zip(run.weights, run.weight_units)]
+    return Document(tuple(runs), _own(block), has_own_noise, is_one_file, read_planes(planes, weights, radius))
 
 
-def _run(block: Block, of_file: Block, is_one_file: bool) -> RunEntry:
+def _run(block: Block, of_file: Block, is_one_file: bool, radius: Mapping[float, Radius]) -> RunEntry:
     required = ["name"] if is_one_file else ["name", "file"]
     block.check_keys(required, ["weights", "direction", "speeds"])
     name = block.text("name")
     if not NAME.fullmatch(name):
         raise block.error("name", f"expected letters, digits, _ . and - alone, got {name!r}; rename the run")
     weights = block.blocks("weights") if block.values.get("weights", []) != [] else []
+    known = [_weight(each, radius) for each in weights if SIZES & each.values.keys()]
     low, high = _speeds(block)
     return RunEntry(
         block,
         name,
         str(Path(block.file).parent / Path(of_file.text("file")).expanduser()),
-        tuple(_weight(each) for each in weights if "g_mm" in each.values),
-        tuple(_unknown_weight(each) for each in weights if "g_mm" not in each.values),
+        tuple(weight for weight, _ in known),
+        tuple(unit for _, unit in known),
+        tuple(_unknown_weight(each, radius) for each in weights if not SIZES & each.values.keys()),
         block.choice("direction", "direction", RUN_DIRECTIONS) if "direction" in block.values else "",
         low,
         high,
     )
 
 
-def _weight(block: Block) -> Weight:
-    block.check_keys(["position", "g_mm"], ["angle_deg"])
+def _weight(block: Block, radius: Mapping[float, Radius]) -> tuple[Weight, WeightUnit]:
+    block.check_keys(["position", "g_mm" if "g_mm" in block.values else "size"], ["angle_deg"])
     angle = 0.0
     if "angle_deg" in block.values:
         angle = block.number("angle_deg", "deg", at_least=-MAX_ANGLE, at_most=MAX_ANGLE)
-    return Weight(
-        block.number("position", "m"), block.number("g_mm", "g mm", above=0) * GRAM_MILLIMETRE, angle * DEGREE
-    )
+    position = block.number("position", "m")
+    if "size" in block.values:
+        size, unit = read_size(block, "size", radius.get(position))
+    else:
+        size, unit = block.number("g_mm", "g mm", above=0) * GRAM_MILLIMETRE, WeightUnit()
+    return Weight(position, size, angle * DEGREE), unit
 
 
-def _unknown_weight(block: Block) -> UnknownWeight:
-    block.check_keys(["position"], ["at_most_g_mm", "g_mm", "angle_deg"])
+def _unknown_weight(block: Block, radius: Mapping[float, Radius]) -> UnknownWeight:
+    block.check_keys(["position"], ["at_most_g_mm", "at_most", "g_mm", "size", "angle_deg"])
     if "angle_deg" in block.values:
         raise block.error(
             "angle_deg", "expected g_mm beside it; a weight of unknown size has no known angle: leave it out"
         )
-    at_most = None
+    position, at_most = block.number("position", "m"), None
     if "at_most_g_mm" in block.values:
         at_most = block.number("at_most_g_mm", "g mm", above=0) * GRAM_MILLIMETRE
-    return UnknownWeight(block.number("position", "m"), at_most)
+    elif "at_most" in block.values:
+        at_most, _ = read_size(block, "at_most", radius.get(position))
+    return UnknownWeight(position, at_most)
 
 
 def _speeds(block: Block) -> tuple[float | None, float | None]:

@@ -67,9 +67,17 @@ def _row(record: BalanceRecord, _: Cell) -> dict[str, Any]:
         "method": record.method,
         "misfits": "; ".join(each.run for each in record.run_misfits),
         "seconds": record.seconds,
-        **{f"g_mm@{position:g}": weight.size for position, weight in zip(found.position, found.weight)},
+        **{
+            f"{column_unit(found.unit(index))}@{position:g}": weight.size
+            for index, (position, weight) in enumerate(zip(found.position, found.weight))
+        },
         **{f"angle_deg@{position:g}": weight.angle for position, weight in zip(found.position, found.weight)},
     }
+
+
+def column_unit(unit: str) -> str:
+    """The unit as a part of a column's name: g_mm, oz_in, and g of g at a radius."""
+    return unit.partition(" @ ")[0].replace(" ", "_")
 
 
 def balance_page(record: BalanceRecord) -> Page:
@@ -89,7 +97,9 @@ def headline(record: BalanceRecord) -> str:
     """The correction weights in a line."""
     found = record.correction
     weights = [
-        f"{weight.size:.4g} g mm at {weight.angle:.0f}° at {position:g} m"
-        for position, weight in zip(found.position, found.weight)
+        f"{weight.size:.4g} {found.unit(index)} at {weight.angle:.0f}° at {position:g} m"
+        for index, (position, weight) in enumerate(zip(found.position, found.weight))
     ]
+    if found.common:
+        return f"Correction not determined, the planes are nearly dependent; by calculation {'; '.join(weights)}"
     return f"Correction: {'; '.join(weights)}"

@@ -1,6 +1,10 @@
 """Correction weights: least squares over speeds and channels, and what is left with them.
 
 Goodman, J. Eng. Ind. 86 (1964) 273–279, eq. (7): w = −(CᴴC)⁻¹ Cᴴ y0. Intervals are from draws of y0 and C.
+
+Planes whose weights do nearly the same have a large condition number: with columns of C scaled to unit length, errors of the
+readings may come back that many times larger, relatively, in the weights (Belsley, Kuh & Welsch, *Regression Diagnostics*,
+1980, ch. 3, who call 30 and more harmful). The directions of w that the readings show well are those of larger singular values.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.balancing.estimation import tail
 from ksmea.balancing.fit import Fit
 
+HARMFUL = 30.0  # condition number from which planes are called nearly dependent
 N_DRAW = 1000  # of the coefficients; the ends of 95 % intervals are then known to a twentieth of their width
 
 
@@ -26,6 +31,14 @@ class Correction:
     left: ComplexArray
     left_draws: Array  # (n_draw, n_entry) m
     p: float | None
+    condition: float = 1.0  # of influence coefficients, each plane's scaled to unit length
+    common: ComplexArray | None = (
+        None  # (n_plane,) kg m, without what the readings hardly show; None where they show all
+    )
+
+    @property
+    def is_determined(self) -> bool:
+        return self.condition < HARMFUL
 
 
 def correction(fit: Fit, rng: np.random.Generator) -> Correction:
@@ -34,8 +47,10 @@ def correction(fit: Fit, rng: np.random.Generator) -> Correction:
     linear = least_squares(coefficients)
     weights = fit.influence.marked(linear)
     left = coefficients[0] + linear @ coefficients[1:]
+    condition = condition_number(coefficients)
+    common = None if condition < HARMFUL else fit.influence.marked(well_shown(coefficients))
     if fit.dof == 0:
-        return Correction(weights, None, left, np.empty((0, len(left))), None)
+        return Correction(weights, None, left, np.empty((0, len(left))), None, condition, common)
     n = coefficients.size
     covariance = fit.solution.coefficient_covariance[:n, :n]
     scale = np.sqrt(np.diag(covariance).real) + np.finfo(float).tiny
@@ -45,8 +60,31 @@ def correction(fit: Fit, rng: np.random.Generator) -> Correction:
     drawn = np.array([least_squares(each) for each in draws])
     left_draws = np.abs(draws[:, 0] + np.einsum("p,dpe->de", linear, draws[:, 1:]))
     return Correction(
-        weights, np.mean(np.abs(drawn - linear) ** 2, axis=0), left, left_draws, _p_of_unbalance(fit, linear)
+        weights,
+        np.mean(np.abs(drawn - linear) ** 2, axis=0),
+        left,
+        left_draws,
+        _p_of_unbalance(fit, linear),
+        condition,
+        common,
     )
+
+
+def condition_number(coefficients: ComplexArray) -> float:
+    """Of influence coefficients, rows from the second on, each plane's scaled to unit length.
+
+    >>> round(condition_number(np.array([[9, 9], [1, 0], [0.96, 0.28]], dtype=complex)), 6)  # cos 16.26° = 0.96: √(1.96 / 0.04)
+    7.0
+    """
+    scaled = coefficients[1:] / np.linalg.norm(coefficients[1:], axis=1, keepdims=True)
+    return float(np.linalg.cond(scaled))
+
+
+def well_shown(coefficients: ComplexArray) -> ComplexArray:
+    """The weights of least squares (n_plane,) without the directions whose condition is `HARMFUL`."""
+    length = np.linalg.norm(coefficients[1:], axis=1)
+    scaled = coefficients[1:].T / length
+    return np.asarray(np.linalg.lstsq(scaled, -coefficients[0], rcond=1 / HARMFUL)[0] / length)
 
 
 def least_squares(coefficients: ComplexArray) -> ComplexArray:

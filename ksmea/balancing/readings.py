@@ -13,7 +13,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
-from ksmea.measurement.campaign import Campaign
+from ksmea.measurement.campaign import Campaign, Plane, WeightUnit
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement
 from ksmea.units import RPM
@@ -35,6 +35,12 @@ class Readings:
     repeat_variance: Array | None  # (n_entry,) m², of a mean of repeats, from their scatter
     repeat_dof: int  # complex degrees of freedom of that
     remarks: tuple[str, ...]
+    details: tuple[Plane, ...]  # units and holes, of each of the planes
+
+    @property
+    def units(self) -> tuple[WeightUnit, ...]:
+        """Those of weights in each plane."""
+        return tuple(plane.unit for plane in self.details)
 
     @property
     def is_known(self) -> Indices:
@@ -91,6 +97,7 @@ def readings(measurement: Measurement, tolerance: float) -> Readings:
         repeat_variance=repeat_variance,
         repeat_dof=dof,
         remarks=(f"{left_out} of {label.max() + 1} speeds left out: not all runs have them",) if left_out else (),
+        details=tuple(campaign.plane(float(position)) for position in planes),
     )
 
 

@@ -53,6 +53,39 @@ class Weight:
 
 
 @dataclass(frozen=True)
+class WeightUnit:
+    """The unit that a file has weights in: a mass times a length (oz in), or a mass at a `radius` (g at 120 mm)."""
+
+    name: str = "g mm"
+    si: float = GRAM_MILLIMETRE  # kg m
+    radius: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.name} @ {self.radius}" if self.radius else self.name
+
+
+@dataclass(frozen=True)
+class Holes:
+    """Where weights can be put on in a plane: angles (rad), numbers from 1 of those that are occupied, the `most` that one
+    takes, and what there is: multiples of a `step`, or some `sizes` (kg m); neither: any size."""
+
+    angles: tuple[float, ...]
+    occupied: tuple[int, ...] = ()
+    most: float | None = None
+    step: float | None = None
+    sizes: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A balancing plane at a position (m), the unit of its weights, and its holes (None: weights go anywhere)."""
+
+    position: float
+    unit: WeightUnit = WeightUnit()
+    holes: Holes | None = None
+
+
+@dataclass(frozen=True)
 class UnknownWeight:
     """An unbalance of unknown size and angle at a position (m): its components lie within ± `at_most` (kg m; None: the
     largest unbalance that the model may have)."""
@@ -103,12 +136,17 @@ def is_weight(name: str) -> bool:
 class Campaign:
     """The runs in the order of their speeds, and the unknowns of which each run has its own; all others are shared. With
     `own_noise` each run has noise of its own level, where that is estimated. With a `reference`, the name of a run, only how
-    the others differ from it counts."""
+    the others differ from it counts. `planes` says more of planes than their weights do."""
 
     runs: tuple[Run, ...]
     own: tuple[str, ...] = ()
     own_noise: bool = False
     reference: str = ""
+    planes: tuple[Plane, ...] = ()
+
+    def plane(self, position: float) -> Plane:
+        """The plane at a position, m; one with weights in g mm where nothing else is said."""
+        return next((plane for plane in self.planes if plane.position == position), Plane(position))
 
     def __str__(self) -> str:
         return f"{len(self.runs)} runs of one machine: {', '.join(map(str, self.runs))}"

@@ -1,16 +1,32 @@
 """The record of a balancing: influence coefficients, unknown weights, corrections, drift, and what does not fit.
 
-Lengths in m, speeds in rad/s, times in s; vibrations in µm 0-peak, weights in g mm and angles in degrees: what a balancer reads.
+Lengths in m, speeds in rad/s, times in s; vibrations in µm 0-peak, weights in the unit of their file (g mm, oz in, g at a
+radius …) and angles in degrees: what a balancer reads.
 An interval of an angle is None where the interval of the size reaches 0.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Protocol
 
 from ksmea.records.record import Record
-from ksmea.units import DEGREES, GRAM_MILLIMETRES, MICROMETRES, TIME, Length, Quantity, Speed
+from ksmea.units import DEGREES, MICROMETRES, TIME, Length, Quantity, Speed
+
+USUAL = "g mm"  # the unit of weights of files and records that say none
+
+
+class HasUnit(Protocol):
+    @property
+    def unit(self) -> str: ...
+
+
+def _of_unit(record: HasUnit) -> Quantity:
+    return Quantity(record.unit)
+
+
+def _of_influence(record: HasUnit) -> Quantity:
+    return Quantity(f"µm/({record.unit})")
 
 
 @dataclass(frozen=True)
@@ -38,7 +54,8 @@ class PlaneRecord:
     """Influence coefficients of a plane, entry by entry."""
 
     position: Length
-    coefficients: Annotated[tuple[PolarRecord, ...], Quantity("µm/(g mm)")]
+    coefficients: Annotated[tuple[PolarRecord, ...], _of_influence]
+    unit: str = USUAL
 
 
 @dataclass(frozen=True)
@@ -48,10 +65,11 @@ class WeightRecord:
 
     run: str
     position: Length
-    weight: Annotated[PolarRecord, GRAM_MILLIMETRES]
+    weight: Annotated[PolarRecord, _of_unit]
     p: float
-    known: Annotated[PolarRecord | None, GRAM_MILLIMETRES] = None
+    known: Annotated[PolarRecord | None, _of_unit] = None
     is_inside: bool | None = None  # whether the region holds the known weight
+    unit: str = USUAL
 
 
 @dataclass(frozen=True)
@@ -98,28 +116,66 @@ class DriftRecord:
 
 
 @dataclass(frozen=True)
+class HoleRecord:
+    """A weight in a hole, which count from 1."""
+
+    hole: int
+    angle: Annotated[float, DEGREES]
+    size: Annotated[float, _of_unit]
+    unit: str
+
+
+@dataclass(frozen=True)
+class SplitRecord:
+    """The correction weight of a plane in its holes, and what is missing from it."""
+
+    position: Length
+    weights: tuple[HoleRecord, ...]
+    missing: Annotated[PolarRecord, _of_unit]
+    unit: str
+
+
+def _of_correction(record: CorrectionRecord) -> Quantity | None:
+    """None where planes have units of their own, which `units` has."""
+    names = set(record.units or [USUAL])
+    return Quantity(names.pop()) if len(names) == 1 else None
+
+
+@dataclass(frozen=True)
 class CorrectionRecord:
-    """Weights to be added to the bare rotor, and what each entry then is; `p` that of the bare response being from
-    unbalance in the planes alone."""
+    """Weights to be added to the bare rotor, in the units of their planes, and what each entry then is; `p` that of the bare
+    response being from unbalance in the planes alone. Where the `condition` number of the planes is harmful, `common` are the
+    weights without what readings hardly show. `splits` are the weights in holes, with which entries are `left_split`."""
 
     position: tuple[Length, ...]
-    weight: Annotated[tuple[PolarRecord, ...], GRAM_MILLIMETRES]
+    weight: Annotated[tuple[PolarRecord, ...], _of_correction]
     bare: Annotated[tuple[PolarRecord, ...], MICROMETRES]
     left: Annotated[tuple[PolarRecord, ...], MICROMETRES]
     p: float | None
+    units: tuple[str, ...] = ()
+    condition: float | None = None
+    common: Annotated[tuple[PolarRecord, ...], _of_correction] = ()
+    left_common: Annotated[tuple[PolarRecord, ...], MICROMETRES] = ()
+    splits: tuple[SplitRecord, ...] = ()
+    left_split: Annotated[tuple[PolarRecord, ...], MICROMETRES] = ()
+
+    def unit(self, plane: int) -> str:
+        """That of weights in a plane, by its number from 0."""
+        return self.units[plane] if self.units else USUAL
 
 
 @dataclass(frozen=True)
 class LeftOutRecord:
-    """How well weights are told by runs whose own were not used: root mean square and mean absolute error of sizes (g mm),
+    """How well weights are told by runs whose own were not used: root mean square and mean absolute error of sizes,
     mean error of angles (deg) of weights of at least `least_of_angle` (g mm), the median, part of the regions that hold the weight."""
 
     weights: tuple[WeightRecord, ...]
-    rms_size: Annotated[float, GRAM_MILLIMETRES]
-    mean_size: Annotated[float, GRAM_MILLIMETRES]
+    rms_size: Annotated[float, _of_unit]
+    mean_size: Annotated[float, _of_unit]
     mean_angle: Annotated[float | None, DEGREES]
-    least_of_angle: Annotated[float, GRAM_MILLIMETRES]
+    least_of_angle: Annotated[float, _of_unit]
     coverage: float
+    unit: str = USUAL
 
 
 def _of_run_time(record: BalanceRecord) -> Quantity | None:
@@ -149,7 +205,7 @@ class BalanceRecord(Record):
     entry_misfits: tuple[EntryMisfitRecord, ...]
     slope: tuple[float, ...]  # d ln |y| / d ln speed, one per speed; empty where not fitted
     growth: float | None  # of a coefficient at the largest weight, relative
-    growth_scale: Annotated[float, GRAM_MILLIMETRES]
+    growth_scale: Annotated[float, _of_unit]
     spread_growth: float
     time_constant: Annotated[float | None, _of_run_time]  # None without a drift
     deviance_of_drift: float | None
@@ -160,3 +216,4 @@ class BalanceRecord(Record):
     left_out: LeftOutRecord | None
     remarks: tuple[str, ...] = ()
     seconds: float | None = None
+    unit: str = USUAL  # of weights where those of all planes count together: that of the first plane

@@ -16,6 +16,7 @@ __all__ = ["frame", "left_out_frame", "plot", "text"]
 
 MAX_LISTED = 12  # rows that the text lists; the files have all
 HOUR = 3600.0
+NEGLIGIBLE = 1e-6  # part of a weight that splitting it leaves: rounding
 METHODS = {
     "free": "estimated from the runs, with all its correlations",
     "common": "one factor, from what weights and coefficients leave; speeds and channels count as uncorrelated",
@@ -38,12 +39,14 @@ def text(record: BalanceRecord) -> str:
 
 
 def frame(record: BalanceRecord) -> pd.DataFrame:
-    """A row per entry of the bare response (position empty, µm) and of each plane's influence coefficients, µm/(g mm)."""
-    rows = [(None, record.bare), *((plane.position, plane.coefficients) for plane in record.planes)]
+    """A row per entry of the bare response (position empty, µm) and of each plane's influence coefficients, µm per unit of
+    weights."""
+    of_planes = ((plane.position, f"µm/({plane.unit})", plane.coefficients) for plane in record.planes)
+    rows = [(None, "µm", record.bare), *of_planes]
     return pd.DataFrame(
         [
-            {"position_m": position, **_entry_columns(entry), **_polar_columns(value)}
-            for position, values in rows
+            {"position_m": position, **_entry_columns(entry), **_polar_columns(value), "unit": unit}
+            for position, unit, values in rows
             for entry, value in zip(record.entries, values)
         ]
     )
@@ -61,6 +64,7 @@ def left_out_frame(weights: tuple[WeightRecord, ...]) -> pd.DataFrame:
                 "known_size": None if each.known is None else each.known.size,
                 "known_angle_deg": None if each.known is None else each.known.angle,
                 "is_inside": each.is_inside,
+                "unit": each.unit,
             }
             for each in weights
         ]
@@ -92,10 +96,14 @@ def _data(record: BalanceRecord) -> str:
 
 def _correction(record: BalanceRecord) -> str:
     found = record.correction
-    lines = [[f"{position:g}", *_cells(weight)] for position, weight in zip(found.position, found.weight)]
-    table = aligned(["plane m", "g mm", _level(record), "angle °", _level(record)], lines)
-    before, after = (sum(each.size**2 for each in values) ** 0.5 for values in (found.bare, found.left))
-    said = [f"Correction weights for the bare rotor:\n{table}", _left(record, before, after)]
+    lines = [
+        [f"{position:g}", found.unit(index), *_cells(weight)]
+        for index, (position, weight) in enumerate(zip(found.position, found.weight))
+    ]
+    table = _in_unit(["plane m", "", _level(record), "angle °", _level(record)], lines, 1)
+    said = [f"Correction weights for the bare rotor:\n{table}"]
+    said += [_left(record)] if not found.common else [_hardly_determined(record)]
+    said += [_in_holes(record)] if found.splits else []
     if found.p is not None:
         fits = found.p >= record.level
         said.append(
@@ -109,7 +117,16 @@ def _correction(record: BalanceRecord) -> str:
     return "\n".join(said)
 
 
-def _left(record: BalanceRecord, before: float, after: float) -> str:
+def _left(record: BalanceRecord) -> str:
+    """What the correction leaves; no figure where it is 0 by calculation, since there are as many weights as readings."""
+    before, after = _root_sum(record.correction.bare), _root_sum(record.correction.left)
+    if len(record.entries) <= len(record.correction.weight):
+        highest = [each.high for each in record.correction.left if each.high is not None]
+        within = f"; errors of the readings leave up to {number(max(highest), 3)} µm" if highest else ""
+        return (
+            f"With them the root sum of squares of {number(before, 3)} µm becomes 0 by calculation, since weights are as many"
+            f" as readings{within}. A run with them shows what is left."
+        )
     worst = max(record.correction.left, key=lambda each: each.size)
     entry = record.entries[record.correction.left.index(worst)]
     ends = "" if worst.low is None else f" ({number(worst.low, 3)} to {number(worst.high, 3)})"
@@ -119,24 +136,77 @@ def _left(record: BalanceRecord, before: float, after: float) -> str:
     )
 
 
+def _hardly_determined(record: BalanceRecord) -> str:
+    """The warning that planes are nearly dependent, and the part of the correction that the readings do show."""
+    found = record.correction
+    condition = "infinite" if found.condition is None else number(found.condition, 3)
+    by = "without limit" if found.condition is None else f"by up to {number(found.condition, 2)} %"
+    common = "; ".join(
+        f"{number(weight.size, 3)} {found.unit(index)} at {weight.angle:.0f}° at {position:g} m"
+        for index, (position, weight) in enumerate(zip(found.position, found.common))
+    )
+    return (
+        f"Warning: the planes are nearly dependent (condition number {condition}): weights in them do almost the same at these"
+        f" speeds and probes.\nAn error of 1 % in the readings changes these weights {by}, so that what they leave is not"
+        f" predicted.\nThe part that the readings do show: {common}; of a root sum of squares of"
+        f" {number(_root_sum(found.bare), 3)} µm it leaves {number(_root_sum(found.left_common), 2)} µm by calculation, and up to"
+        " 2 % of it more for each 1 % of error.\nMeasure at"
+        " another speed or with another probe, or put weights in one plane alone."
+    )
+
+
+def _in_holes(record: BalanceRecord) -> str:
+    found = record.correction
+    lines = [
+        [f"{each.position:g}", str(weight.hole), f"{weight.angle:.1f}", each.unit, number(weight.size)]
+        for each in found.splits
+        for weight in each.weights
+    ]
+    said = [f"In the holes of the planes:\n{_in_unit(['plane m', 'hole', 'angle °', ''], lines, 3)}"]
+    for each in found.splits:
+        if each.missing.size > NEGLIGIBLE * found.weight[found.position.index(each.position)].size:
+            said.append(
+                f"Missing at {each.position:g} m: {number(each.missing.size, 3)} {each.unit} at {each.missing.angle:.0f}°."
+            )
+    if not found.common:
+        said.append(
+            f"With these the root sum of squares is {number(_root_sum(found.left_split), 3)} µm by calculation."
+        )
+    return "\n".join(said)
+
+
+def _in_unit(head: list[str], lines: list[list[str]], at: int) -> str:
+    """A table whose cells number `at` are units: in the head where all are alike."""
+    units = {line[at] for line in lines}
+    if len(units) == 1:
+        head = [*head[:at], units.pop(), *head[at + 1 :]]
+        return aligned(head, [line[:at] + line[at + 1 :] for line in lines])
+    return aligned([*head[:at], "unit", "size", *head[at + 1 :]], lines)
+
+
+def _root_sum(values: tuple[PolarRecord, ...]) -> float:
+    return float(sum(each.size**2 for each in values) ** 0.5)
+
+
 def _weights(record: BalanceRecord) -> str:
     if not record.weights:
         return ""
     lines = [
-        [each.run, f"{each.position:g}", *_cells(each.weight), f"{each.p:.2g}"] for each in record.weights[:MAX_LISTED]
+        [each.run, f"{each.position:g}", each.unit, *_cells(each.weight), f"{each.p:.2g}"]
+        for each in record.weights[:MAX_LISTED]
     ]
-    head = ["run", "plane m", "g mm", _level(record), "angle °", _level(record), "p"]
-    return f"Unknown weights:\n{aligned(head, lines)}{_more(len(record.weights))}"
+    head = ["run", "plane m", "", _level(record), "angle °", _level(record), "p"]
+    return f"Unknown weights:\n{_in_unit(head, lines, 2)}{_more(len(record.weights))}"
 
 
 def _coefficients(record: BalanceRecord) -> str:
     lines = [
-        [f"{plane.position:g}", f"{entry.speed / RPM:.5g}", entry.channel, *_cells(value)]
+        [f"{plane.position:g}", f"{entry.speed / RPM:.5g}", entry.channel, f"µm/({plane.unit})", *_cells(value)]
         for plane in record.planes
         for entry, value in zip(record.entries, plane.coefficients)
     ]
-    head = ["plane m", "rpm", "channel", "µm/(g mm)", _level(record), "angle °", _level(record)]
-    return f"Influence coefficients:\n{aligned(head, lines[:MAX_LISTED])}{_more(len(lines))}"
+    head = ["plane m", "rpm", "channel", "", _level(record), "angle °", _level(record)]
+    return f"Influence coefficients:\n{_in_unit(head, lines[:MAX_LISTED], 3)}{_more(len(lines))}"
 
 
 def _changes(record: BalanceRecord) -> str:
@@ -147,7 +217,7 @@ def _changes(record: BalanceRecord) -> str:
         said.append(f"The response grows with the deviation of a run's speed: d ln y / d ln Ω = {slopes}.")
     if record.growth is not None:
         said.append(
-            f"Weights do not act in proportion: one of {number(record.growth_scale)} g mm does"
+            f"Weights do not act in proportion: one of {number(record.growth_scale)} {record.unit} does"
             f" {100 * record.growth:+.3g} % more than small ones say."
         )
     if record.time_constant is not None:
@@ -174,14 +244,12 @@ def _misfits(record: BalanceRecord) -> str:
     said = []
     for each in record.run_misfits:
         weights = "; ".join(
-            f"{weight.position:g} m: marked {_shown(weight.known)}, told {_shown(weight.weight)}"
+            f"{weight.position:g} m: marked {_shown(weight.known)}, told {_shown(weight.weight)} {weight.unit}"
             for weight in each.weights
         )
         rest = each.weights[0].p
         also = " No weights explain it." if rest < record.level / record.n_run else ""
-        said.append(
-            f"Run {each.run} does not fit its weights (p = {each.p:.1g}) and was left out. {weights} (g mm).{also}"
-        )
+        said.append(f"Run {each.run} does not fit its weights (p = {each.p:.1g}) and was left out. {weights}.{also}")
     for entry in record.entry_misfits:
         said.append(
             f"Run {entry.run}, {_place(entry.entry)}: {_shown(entry.measured)} µm does not fit {entry.beside}, by which it is"
@@ -194,11 +262,13 @@ def _left_out(found: LeftOutRecord) -> str:
     angle = (
         ""
         if found.mean_angle is None
-        else (f", mean error of angles from {number(found.least_of_angle)} g mm on {number(found.mean_angle, 3)}°")
+        else (
+            f", mean error of angles from {number(found.least_of_angle)} {found.unit} on {number(found.mean_angle, 3)}°"
+        )
     )
     return (
-        f"Each run told by the others: RMSE of sizes {number(found.rms_size, 3)} g mm, mean absolute error"
-        f" {number(found.mean_size, 3)} g mm{angle}; {100 * found.coverage:.0f} % of the regions hold the known weight"
+        f"Each run told by the others: RMSE of sizes {number(found.rms_size, 3)} {found.unit}, mean absolute error"
+        f" {number(found.mean_size, 3)} {found.unit}{angle}; {100 * found.coverage:.0f} % of the regions hold the known weight"
         f" ({len(found.weights)} weights)."
     )
 

@@ -12,6 +12,7 @@ from ksmea.arrays import ComplexArray, Indices
 from ksmea.balancing.correction import Correction, correction
 from ksmea.balancing.estimation import WeightEstimate, estimated, polar_interval
 from ksmea.balancing.fit import AUTO, COMMON, FREE, NO, YES, Asked, Fit
+from ksmea.balancing.holes import split
 from ksmea.balancing.leave_out import conformal_radius2, folded, squared_errors
 from ksmea.balancing.misfits import (
     EntryMisfit,
@@ -30,16 +31,18 @@ from ksmea.records.balancing import (
     DriftRecord,
     EntryMisfitRecord,
     EntryRecord,
+    HoleRecord,
     LeftOutRecord,
     PlaneRecord,
     PolarRecord,
     RunMisfitRecord,
+    SplitRecord,
     SpreadRecord,
     WeightRecord,
 )
 from ksmea.records.record import finite, series
 from ksmea.settings.settings import Settings, setting
-from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE
+from ksmea.units import DEGREE, MICROMETRE
 
 CHOICES = (AUTO, YES, NO)
 EstimatesByOthers = dict[int, tuple[Fit, WeightEstimate]]  # of runs by their index, by all others
@@ -132,10 +135,11 @@ def _record(
         bare=_coefficients(fit, 0, MICROMETRE, options.interval_level),
         planes=tuple(
             PlaneRecord(
-                float(position),
-                _coefficients(fit, 1 + index, MICROMETRE / GRAM_MILLIMETRE, options.interval_level),
+                plane.position,
+                _coefficients(fit, 1 + index, MICROMETRE / plane.unit.si, options.interval_level),
+                str(plane.unit),
             )
-            for index, position in enumerate(data.planes)
+            for index, plane in enumerate(data.details)
         ),
         n_run=len(every),
         n_used=len(fit.used),
@@ -155,7 +159,7 @@ def _record(
         entry_misfits=tuple(_entry_misfit(data, entries, beside, each) for beside, each in misfits),
         slope=tuple(fit.influence.slope.real.tolist()) if fit.terms.slope else (),
         growth=fit.influence.growth.real if fit.terms.growth else None,
-        growth_scale=fit.influence.scale / GRAM_MILLIMETRE,
+        growth_scale=fit.influence.scale / data.units[0].si,
         spread_growth=fit.components.growth,
         time_constant=None if fit.components.drift is None else fit.components.time_constant,
         deviance_of_drift=fit.deviance_of_drift,
@@ -165,6 +169,7 @@ def _record(
         drift=_drift(fit, order, entries),
         left_out=left_out,
         remarks=data.remarks,
+        unit=str(data.units[0]),
     )
 
 
@@ -209,6 +214,7 @@ def _weight_records(fit: Fit, run: int, found: WeightEstimate, radius2: float) -
     data = fit.readings
     records = []
     for index, plane in enumerate(found.planes):
+        unit = data.units[plane]
         value, variance = complex(found.weights[index]), float(found.covariance[index, index].real)
         known = complex(data.weights[run, plane])
         is_known = bool(np.isfinite(known))
@@ -217,10 +223,11 @@ def _weight_records(fit: Fit, run: int, found: WeightEstimate, radius2: float) -
             WeightRecord(
                 data.names[run],
                 float(data.planes[plane]),
-                _polar(value, variance, radius2, GRAM_MILLIMETRE),
+                _polar(value, variance, radius2, unit.si),
                 found.p,
-                _plain_polar(known, GRAM_MILLIMETRE) if is_known else None,
+                _plain_polar(known, unit.si) if is_known else None,
                 inside,
+                str(unit),
             )
         )
     return records
@@ -237,12 +244,53 @@ def _correction(data: Readings, found: Correction, fit: Fit, level: float) -> Co
     return CorrectionRecord(
         tuple(data.planes.tolist()),
         tuple(
-            _polar(complex(w), float(v), _radius2(fit, level), GRAM_MILLIMETRE) for w, v in zip(found.weights, variance)
+            _polar(complex(w), float(v), _radius2(fit, level), unit.si)
+            for w, v, unit in zip(found.weights, variance, data.units)
         ),
         tuple(_plain_polar(complex(value), MICROMETRE) for value in fit.influence.bare),
         tuple(left),
         found.p,
+        tuple(map(str, data.units)),
+        finite(found.condition),
+        *_common(fit, found),
+        *_in_holes(fit, found.weights),
     )
+
+
+def _common(fit: Fit, found: Correction) -> tuple[tuple[PolarRecord, ...], tuple[PolarRecord, ...]]:
+    """The weights without what readings hardly show, and what each entry is with them; nothing where they show all."""
+    if found.common is None:
+        return (), ()
+    weights = tuple(_plain_polar(complex(w), unit.si) for w, unit in zip(found.common, fit.readings.units))
+    return weights, _response_with(fit, found.common)
+
+
+def _in_holes(fit: Fit, weights: ComplexArray) -> tuple[tuple[SplitRecord, ...], tuple[PolarRecord, ...]]:
+    """Correction weights (n_plane,) kg m split onto the holes of planes that have some, and what each entry then is."""
+    splits, put_on = [], weights.copy()
+    for index, plane in enumerate(fit.readings.details):
+        if plane.holes is None:
+            continue
+        found, unit = split(complex(weights[index]), plane.holes), plane.unit
+        put_on[index] -= found.left
+        splits.append(
+            SplitRecord(
+                plane.position,
+                tuple(
+                    HoleRecord(hole, plane.holes.angles[hole - 1] / DEGREE, size / unit.si, str(unit))
+                    for hole, size in zip(found.holes, found.sizes)
+                ),
+                _plain_polar(found.left, unit.si),
+                str(unit),
+            )
+        )
+    return tuple(splits), _response_with(fit, put_on) if splits else ()
+
+
+def _response_with(fit: Fit, weights: ComplexArray) -> tuple[PolarRecord, ...]:
+    influence = fit.influence
+    response = influence.bare + influence.effective(weights) @ influence.planes
+    return tuple(_plain_polar(complex(value), MICROMETRE) for value in response)
 
 
 def _spread(fit: Fit) -> tuple[SpreadRecord, ...]:
@@ -300,8 +348,9 @@ def _left_out(found: EstimatesByOthers, fit: Fit, level: float) -> LeftOutRecord
         for (run, (own, estimate)), radius in zip(found.items(), radius2)
         for each in _weight_records(own, run, estimate, radius)
     ]
-    known = fit.readings.weights[runs] / GRAM_MILLIMETRE
-    estimates = np.array([estimate.weights for _, estimate in found.values()]) / GRAM_MILLIMETRE
+    unit = fit.readings.units[0]
+    known = fit.readings.weights[runs] / unit.si
+    estimates = np.array([estimate.weights for _, estimate in found.values()]) / unit.si
     error = np.abs(estimates) - np.abs(known)
     least = float(np.median(np.abs(known[np.abs(known) > 0])))
     is_large = np.abs(known) > least * (1 - 1e-6)
@@ -313,4 +362,5 @@ def _left_out(found: EstimatesByOthers, fit: Fit, level: float) -> LeftOutRecord
         float(np.mean(angle)) if angle.size else None,
         least,
         float(np.mean([bool(each.is_inside) for each in records])),
+        str(unit),
     )

@@ -133,7 +133,7 @@ def coefficients_chart(record: BalanceRecord) -> Chart:
         values = np.array([each.size * np.exp(1j * each.angle * DEGREE) for each in plane.coefficients])
         place = f"{plane.position:g} m"
         said = [
-            f"{place}, {name}: {each.size:.4g} µm/(g mm) at {each.angle:.1f}°"
+            f"{place}, {name}: {each.size:.4g} µm/({plane.unit}) at {each.angle:.1f}°"
             for name, each in zip(names, plane.coefficients)
         ]
         elements.append(
@@ -147,8 +147,10 @@ def coefficients_chart(record: BalanceRecord) -> Chart:
                 tags={"plane": place},
             )
         )
+    units = sorted({plane.unit for plane in record.planes})
+    unit = f"µm/({units[0]})" if len(units) == 1 else "µm per unit of each plane's weights"
     return one_panel(
-        elements, Axis("real part (µm/(g mm))"), Axis("imaginary part (µm/(g mm))"), "In the complex plane",
+        elements, Axis(f"real part ({unit})"), Axis(f"imaginary part ({unit})"), "In the complex plane",
         "Influence coefficients of each plane, one dot for each speed and channel; size and angle show on touch or hover.", is_to_scale=True,
         choices=_choices("plane", "plane", [f"{plane.position:g} m" for plane in record.planes]),
     )  # fmt: skip

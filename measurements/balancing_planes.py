@@ -1,0 +1,136 @@
+"""Sizes of weights in the units of their file, and the planes that they are put on: radius, unit of results and holes.
+
+    planes:
+      - {position: 0.2, radius: 120 mm, holes: 12, first_angle_deg: 15, occupied: [3], most: 20 g, step: 0.5 g}
+
+A size is a mass times a length (`2.5 oz in`), a mass at a radius (`5 g @ 120 mm`), or a mass alone where the plane has a `radius`.
+Holes are equally spaced from the first one in the direction of rotation, or a list of angles; they count from 1.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ksmea.errors import shortened
+from ksmea.measurement.campaign import Holes, Plane, Weight, WeightUnit
+from ksmea.settings.document import Block
+from ksmea.units import DEGREE, INCH, OUNCE, POUND, TURN
+
+MASSES = {"g": 1e-3, "kg": 1.0, "mg": 1e-6, "oz": OUNCE, "lb": POUND}
+LENGTHS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": INCH}
+NUMBER = r"(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+)"
+SIZE = re.compile(rf"{NUMBER} *([a-z]+)(?:[ ·*-]([a-z]+))?(?: *@ *{NUMBER} *([a-z]+))?", re.ASCII)
+EXAMPLES = "2.5 oz in, 5 g @ 120 mm, or 5 g where the plane has a radius"
+MAX_HOLES = 360
+MAX_ANGLE = 360.0  # degrees
+IN_PLANE = ("position", "radius", "unit", "holes", "first_angle_deg", "occupied", "most", "step", "sizes")
+
+
+@dataclass(frozen=True)
+class Radius:
+    """Of the weights in a plane, as its file writes it."""
+
+    text: str
+    metres: float
+
+
+def read_size(block: Block, key: str, radius: Radius | None, value: object = None) -> tuple[float, WeightUnit]:
+    """A size of a weight, kg m, and the unit that it is written in; `value`: an entry of a list instead of the key's."""
+    text = block.values[key] if value is None else value
+    found = SIZE.fullmatch(text.strip()) if isinstance(text, str) else None
+    if not found or found[2] not in MASSES or float(found[1]) == 0:
+        raise block.error(key, f"expected a size above 0 such as {EXAMPLES}, got {shortened(str(text))!r}")
+    number, mass, length, at, unit_at = found.groups()
+    if at is not None:
+        radius = _radius(block, key, f"{at} {unit_at}")
+    if length is not None:
+        if length not in LENGTHS or at is not None:
+            raise block.error(key, f"expected a size such as {EXAMPLES}, got {shortened(str(text))!r}")
+        unit = WeightUnit(f"{mass} {length}", MASSES[mass] * LENGTHS[length])
+    else:
+        unit = _at_radius(block, key, mass, radius)
+    return float(number) * unit.si, unit
+
+
+def radii(blocks: Sequence[Block]) -> dict[float, Radius]:
+    """Those that planes state, by the position of the plane, m."""
+    found = {}
+    for block in blocks:
+        block.check_keys(["position"], IN_PLANE[1:])
+        if "radius" in block.values:
+            found[block.number("position", "m")] = _radius(block, "radius", block.text("radius"))
+    return found
+
+
+def read_planes(
+    blocks: Sequence[Block], weights: Sequence[tuple[Weight, WeightUnit]], radius: Mapping[float, Radius]
+) -> tuple[Plane, ...]:
+    """The planes of a campaign, in the units of its weights: those of the first one in each plane, else of the first of all."""
+    by_position = {block.number("position", "m"): block for block in blocks}
+    own: dict[float, WeightUnit] = {}
+    for weight, unit in weights:
+        own.setdefault(weight.position, unit)
+    usual = weights[0][1] if weights else WeightUnit()
+    found = []
+    for position in {**own, **by_position}:
+        block, unit = by_position.get(position), own.get(position, usual)
+        if block is not None and "unit" in block.values:
+            unit = read_size(block, "unit", radius.get(position), f"1 {block.text('unit')}")[1]
+        found.append(Plane(position, unit, None if block is None else _holes(block, radius.get(position))))
+    return tuple(sorted(found, key=lambda plane: plane.position))
+
+
+def _radius(block: Block, key: str, text: str) -> Radius:
+    found = re.fullmatch(rf"{NUMBER} *([a-z]+)", text.strip())
+    if not found or found[2] not in LENGTHS or float(found[1]) == 0:
+        raise block.error(key, f"expected a radius such as 120 mm or 4.5 in, got {shortened(text)!r}")
+    return Radius(f"{float(found[1]):g} {found[2]}", float(found[1]) * LENGTHS[found[2]])
+
+
+def _at_radius(block: Block, key: str, mass: str, radius: Radius | None) -> WeightUnit:
+    if radius is None:
+        raise block.error(
+            key, "expected the radius of a mass, got none; write @ 120 mm behind it, or give the plane's under planes"
+        )
+    return WeightUnit(mass, MASSES[mass] * radius.metres, radius.text)
+
+
+def _holes(block: Block, radius: Radius | None) -> Holes | None:
+    if "holes" not in block.values:
+        for key in IN_PLANE[4:]:
+            if key in block.values:
+                raise block.error(key, "expected holes beside it, got none; give their number or their angles")
+        return None
+    if isinstance(block.values["holes"], list):
+        if "first_angle_deg" in block.values:
+            raise block.error(
+                "first_angle_deg", "expected the number of holes beside it, got their angles; leave it out"
+            )
+        numbers = [Block(block.file, block.path, {"holes": each}) for each in block.entries("holes")]
+        angles = [each.number("holes", "deg", at_least=-MAX_ANGLE, at_most=MAX_ANGLE) * DEGREE for each in numbers]
+    else:
+        n, first = block.whole("holes", MAX_HOLES), 0.0
+        if "first_angle_deg" in block.values:
+            first = block.number("first_angle_deg", "deg", at_least=-MAX_ANGLE, at_most=MAX_ANGLE) * DEGREE
+        angles = [first + TURN * number / n for number in range(n)]
+    if "step" in block.values and "sizes" in block.values:
+        raise block.error("step", "expected a step or the sizes that there are, got both; leave one out")
+    sizes = block.entries("sizes") if "sizes" in block.values else []
+    return Holes(
+        tuple(angles),
+        _occupied(block, len(angles)),
+        read_size(block, "most", radius)[0] if "most" in block.values else None,
+        read_size(block, "step", radius)[0] if "step" in block.values else None,
+        tuple(read_size(block, "sizes", radius, each)[0] for each in sizes),
+    )
+
+
+def _occupied(block: Block, n: int) -> tuple[int, ...]:
+    numbers = block.values.get("occupied", [])
+    if not isinstance(numbers, list) or any(type(each) is not int or not 1 <= each <= n for each in numbers):
+        raise block.error("occupied", f"expected a list of holes from 1 to {n}, got {shortened(str(numbers))}")
+    if len(set(numbers)) == n:
+        raise block.error("occupied", f"expected a free hole, got all {n} occupied; leave one out")
+    return tuple(numbers)
