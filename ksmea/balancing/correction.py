@@ -52,7 +52,7 @@ def correction(fit: Fit, rng: np.random.Generator) -> Correction:
     if fit.dof == 0:
         return Correction(weights, None, left, np.empty((0, len(left))), None, condition, common)
     n = coefficients.size
-    covariance = fit.solution.coefficient_covariance[:n, :n]
+    covariance = fit.coefficient_covariance[:n, :n]
     scale = np.sqrt(np.diag(covariance).real) + np.finfo(float).tiny
     factor = np.linalg.cholesky(covariance / np.outer(scale, scale) + 1e-12 * np.eye(n))
     normal = rng.standard_normal((N_DRAW, n, 2)) @ np.array([1, 1j]) / np.sqrt(2)
@@ -103,7 +103,7 @@ def _p_of_unbalance(fit: Fit, linear: ComplexArray) -> float | None:
         return None
     n = fit.influence.coefficients.size
     regressors = np.kron(np.r_[1.0, linear], np.eye(n_entry))
-    covariance = regressors @ fit.solution.coefficient_covariance[:n, :n] @ regressors.conj().T
+    covariance = regressors @ fit.coefficient_covariance[:n, :n] @ regressors.conj().T
     by = fit.influence.planes.T
     bare = fit.influence.bare
     weighted = np.linalg.solve(covariance, by)

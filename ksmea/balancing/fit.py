@@ -84,6 +84,11 @@ class Fit:
     def solution(self) -> Solution:
         return Solution(self, self.used)
 
+    @property
+    def coefficient_covariance(self) -> ComplexArray:
+        """Of bare response and influence coefficients, flat, then of slopes and growth."""
+        return self.solution.coefficient_covariance
+
     def without(self, runs: Indices) -> Fit:
         """The influence coefficients of the other runs, at the same variance components."""
         fit = dataclasses.replace(self, used=np.setdiff1d(self.used, runs))

@@ -56,18 +56,19 @@ def readings(measurement: Measurement, tolerance: float) -> Readings:
     """The runs of a campaign at the speeds that all of them have; `tolerance` is the largest relative distance of neighbours
     that count as one nominal speed.
 
-    Raises `SettingError` for data without phases, without runs, without weights, or without a speed that all runs share.
+    Amplitudes alone are real responses. Raises `SettingError` for those of several planes, for data without runs, without weights, or without a speed that all runs share.
     """
     campaign = measurement.campaign
-    if measurement.is_amplitude:
-        raise SettingError(
-            "balance: expected complex responses, got amplitudes alone, from which no influence coefficient follows;"
-            " add phase_lead_deg"
-        )
     if campaign is None or not any(run.weights for run in campaign.runs):
         raise SettingError(
             "balance: expected a campaign of runs with and without weights, got none with a weight; use"
             " measurement=campaign and name the weights of each run"
+        )
+    planes = _planes(campaign)
+    if measurement.is_amplitude and len(planes) > 1:
+        raise SettingError(
+            f"balance: expected weights in one plane where amplitudes alone are measured, got {len(planes)} planes, whose effects"
+            " add with phases that no run shows together; add phase_lead_deg, or balance one plane after the other"
         )
     label = _nominal(measurement.speed, tolerance)
     run = np.repeat(np.arange(len(campaign.runs)), [each.n_speed for each in campaign.runs])
@@ -82,7 +83,6 @@ def readings(measurement: Measurement, tolerance: float) -> Readings:
     values = np.asarray(measurement.values, dtype=complex)
     mean_speed = np.array([[measurement.speed[rows].mean() for rows in row] for row in groups])
     nominal = np.median(mean_speed, axis=0)
-    planes = _planes(campaign)
     repeat_variance, dof = _repeat_variance(values, groups)
     return Readings(
         names=tuple(each.name for each in campaign.runs),

@@ -217,3 +217,6 @@ class BalanceRecord(Record):
     remarks: tuple[str, ...] = ()
     seconds: float | None = None
     unit: str = USUAL  # of weights where those of all planes count together: that of the first plane
+    is_amplitude: bool = (
+        False  # responses are amplitudes; angles of influence coefficients count from the bare response
+    )

@@ -17,6 +17,7 @@ __all__ = ["frame", "left_out_frame", "plot", "text"]
 MAX_LISTED = 12  # rows that the text lists; the files have all
 HOUR = 3600.0
 NEGLIGIBLE = 1e-6  # part of a weight that splitting it leaves: rounding
+AMPLITUDES = " Phases are not measured: angles of influence coefficients count from the bare response."
 METHODS = {
     "free": "estimated from the runs, with all its correlations",
     "common": "one factor, from what weights and coefficients leave; speeds and channels count as uncorrelated",
@@ -88,9 +89,11 @@ def _polar_columns(value: PolarRecord) -> dict[str, float | None]:
 
 def _data(record: BalanceRecord) -> str:
     dof = "" if record.dof is None or record.dof == 0 else f" ({record.dof:g} complex degrees of freedom)"
+    what = "amplitudes" if record.is_amplitude else "complex numbers"
+    planes = "1 plane" if len(record.planes) == 1 else f"{len(record.planes)} planes"
     return (
-        f"{record.n_used} of {record.n_run} runs, {len(record.entries)} complex numbers each (speed × channel), tell"
-        f" {len(record.planes)} planes.\nCovariance: {METHODS[record.method]}{dof}."
+        f"{record.n_used} of {record.n_run} runs, {len(record.entries)} {what} each (speed × channel), tell {planes}."
+        f"{AMPLITUDES if record.is_amplitude else ''}\nCovariance: {METHODS[record.method]}{dof}."
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from ksmea.arrays import ComplexArray, Indices
+from ksmea.balancing.amplitudes import AmplitudeFit, fitted_amplitudes
 from ksmea.balancing.correction import Correction, correction
 from ksmea.balancing.estimation import WeightEstimate, estimated, polar_interval
 from ksmea.balancing.fit import AUTO, COMMON, FREE, NO, YES, Asked, Fit
@@ -86,14 +87,19 @@ def balance(
 ) -> BalanceRecord:
     """Influence coefficients, unknown weights and corrections of a campaign; `progress` is called at each step.
 
-    Raises `SettingError` for data without phases or weights, and runs that do not tell the planes apart.
+    Amplitudes alone do in one plane. Raises `SettingError` for data without weights, and runs that do not tell the planes apart.
     """
     options = options or BalanceOptions()
     kept = [index for index, channel in enumerate(measurement.channels) if channel.is_1x]
     data = readings(measurement.through(kept), options.speed_tolerance)
     level = options.level if options.misfits else 0.0
-    fit, out = fitted_without_misfits(data, data.is_known, level, options.asked)
-    fit = scaled_by_unknown_runs(fit)
+    fit: Fit
+    out: dict[int, float] = {}
+    if measurement.is_amplitude:
+        fit = fitted_amplitudes(data)
+    else:
+        fit, out = fitted_without_misfits(data, data.is_known, level, options.asked)
+        fit = scaled_by_unknown_runs(fit)
     progress()
     if options.leave_out and not fit.is_free:
         raise SettingError(
@@ -127,7 +133,8 @@ def _record(
     if fit.is_free:
         p[data.is_known] = run_p(fit, data.is_known)
     entries = _entries(data)
-    misfits = [("other speeds", each) for each in misfits_beside_speeds(data, options.level)]
+    by_speeds = [] if isinstance(fit, AmplitudeFit) else misfits_beside_speeds(data, options.level)
+    misfits = [("other speeds", each) for each in by_speeds]
     misfits += [("other speeds and channels", each) for each in misfits_beside_channels(fit, options.level)]
     unknown = [int(run) for run in np.setdiff1d(every, data.is_known)]
     return BalanceRecord(
@@ -170,6 +177,7 @@ def _record(
         left_out=left_out,
         remarks=data.remarks,
         unit=str(data.units[0]),
+        is_amplitude=isinstance(fit, AmplitudeFit),
     )
 
 
@@ -200,7 +208,7 @@ def _radius2(fit: Fit, level: float) -> float:
 def _coefficients(fit: Fit, row: int, unit: float, level: float) -> tuple[PolarRecord, ...]:
     """The bare response (row 0) or the influence coefficients of a plane, entry by entry."""
     values, n = fit.influence.coefficients[row], fit.influence.coefficients.shape[1]
-    variance = np.diag(fit.solution.coefficient_covariance).real[row * n : (row + 1) * n]
+    variance = np.diag(fit.coefficient_covariance).real[row * n : (row + 1) * n]
     return tuple(
         _polar(complex(value), float(each), _radius2(fit, level), unit) for value, each in zip(values, variance)
     )
