@@ -6,9 +6,9 @@ Two neighbouring holes at α < θ < β, β − α < 180°, carry a weight of siz
 
 If one of them is heavier than a hole takes, the lightest weights with Σ m_h e^{iα_h} = w, 0 ≤ m_h ≤ most, are a linear programme,
 whose vertices have at most two holes partly filled (Dantzig, *Linear Programming and Extensions*, 1963, ch. 5). If none do,
-bounded least squares leave least. For weights of given sizes all pairs of holes are tried: given the first weight of a pair,
-the best second one is the size nearest to its projection. With two holes that is exact; of more, pairs are replaced in turn
-until no pair does better.
+bounded least squares leave least. For weights of given sizes all pairs are tried of these holes and the two free ones nearest
+to the weight besides: given the first weight of a pair, the best second one is the size nearest to its projection. With two
+holes that is exact; of more, pairs are replaced in turn until no pair does better.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from ksmea.measurement.campaign import Holes
 from ksmea.units import TURN
 
 SMALLEST = 1e-9  # part of the weight; less is rounding
+N_BESIDE = 2  # holes that are tried besides those of free sizes; holes farther off only add weight
 MAX_SIZES = 2000  # of weights that are tried in a hole; finer steps are rounded one by one
 
 
@@ -94,7 +95,10 @@ def _of_given_sizes(weight: complex, directions: Array, start: Array, holes: Hol
             return np.asarray(np.minimum(np.round(start / holes.step), np.floor(most / holes.step)) * holes.step)
         there = holes.step * np.arange(n + 1)
     best = np.zeros(len(directions))
-    slots = [int(hole) for hole in np.argsort(-start)[: max(2, np.count_nonzero(start))]]
+    by_distance = np.argsort(np.abs(np.angle(directions / weight)), kind="stable")
+    beside = [hole for hole in by_distance.tolist() if start[hole] == 0][:N_BESIDE]
+    tried = {*np.flatnonzero(start).tolist(), *beside}
+    slots = [int(hole) for hole in np.argsort(-start) if hole in tried][: max(2, int(np.count_nonzero(start)))]
     if len(slots) == 1:
         best[slots] = _nearest(there, np.array([(weight / directions[slots[0]]).real]))
         return best
@@ -104,7 +108,7 @@ def _of_given_sizes(weight: complex, directions: Array, start: Array, holes: Hol
         for index, other in itertools.combinations(range(len(slots)), 2):
             rest = best.copy()
             rest[[slots[index], slots[other]]] = 0
-            allowed = [hole for hole in range(len(directions)) if rest[hole] == 0]
+            allowed = [hole for hole in sorted(tried) if rest[hole] == 0]
             pair, sizes = _best_pair(complex(weight - rest @ directions), directions, allowed, there)
             if abs(weight - rest @ directions - sizes @ directions[pair]) < abs(weight - best @ directions):
                 best, slots[index], slots[other] = rest, *pair

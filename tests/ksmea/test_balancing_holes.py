@@ -67,6 +67,9 @@ def test_given_sizes_come_as_near_as_any_two_of_them(given):
         there = [size for size in there if size <= given.get("most", np.inf)]
         found = split(weight, holes)
         free = [angle for number, angle in enumerate(TWELVE, start=1) if number not in (1, 7)]
+        free = sorted(free, key=lambda angle: abs(np.angle(weight * np.exp(-1j * angle))))[
+            :4
+        ]  # two, and two beside them
         best = min(
             abs(weight - a * np.exp(1j * i) - b * np.exp(1j * j))
             for i, j in itertools.combinations(free, 2)
