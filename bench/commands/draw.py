@@ -24,12 +24,14 @@ from bench.storage.files import replace_file
 from ksmea.errors import SettingError, unknown, visible_lines
 from ksmea.loaded_problem import load_problem
 from ksmea.rotor_drawing import RotorDrawing
+from ksmea.rotordynamics.margins import CLAUSE
 from ksmea.rotordynamics.whirl import Rotordynamics
 from ksmea.settings.settings import own_fields
 from ksmea.show.charts.mode_shape_charts import deflections_chart, orbits_chart
 from ksmea.show.charts.picture import png
 from ksmea.show.charts.rotor_chart import rotor_chart
 from ksmea.show.charts.whirl_charts import campbell_chart, speed_map_chart, stability_chart
+from ksmea.show.margins_text import margin_table
 from ksmea.show.rotordynamics_text import FRAMES, bearing_table, critical_speed_table, mode_table, sentences
 from ksmea.studies.rotordynamics import RotordynamicsOptions
 from ksmea.units import RPM
@@ -52,7 +54,13 @@ def draw(words: list[str]) -> int:
     _require_own_page(folder / PAGE)
     loaded = load_problem(name, **settings)
     drawing = loaded.draw(values, **options)
-    left_out = [] if drawing.record.speed_map else ["speed_map"]
+    record = drawing.record
+    is_there = {
+        "speed_map": record.speed_map is not None,
+        "margins": record.operating is not None,
+        "sag": record.layout.sag is not None,
+    }
+    left_out = [name for name, there in is_there.items() if not there]
     sections = rotor_sections(drawing.record)
     files = {name: png(describe()) for name, describe in Page(sections=sections).charts().items()}
     n_picture = len(files)
@@ -96,10 +104,12 @@ def rotor_sections(found: Rotordynamics) -> tuple[Section, ...]:
         Drawn(rotor_chart(found.layout, found.title), "rotor.png"),
         Table(bearing_table(found), "Bearings"),
     )
-    whirl: tuple[Block, ...] = (
+    whirl: list[Block] = [
         Drawn(campbell_chart(found), "campbell.png"),
         Table(critical_speed_table(found), "Critical speeds", "critical_speeds.csv"),
-    )
+    ]
+    if found.operating is not None:
+        whirl.append(Table(margin_table(found), f"Separation margins ({CLAUSE})", "margins.csv"))
     modes = (
         Table(mode_table(found), "Modes"),
         *((Drawn(orbits_chart(found), "orbits.png"),) if found.shapes.directions else ()),
@@ -107,7 +117,7 @@ def rotor_sections(found: Rotordynamics) -> tuple[Section, ...]:
     )
     sections = [
         Section("Rotor", rotor),
-        Section("Critical speeds", whirl),
+        Section("Critical speeds", tuple(whirl)),
         Section("Stability", (Drawn(stability_chart(found), "stability.png"),)),
     ]
     if found.speed_map is not None:

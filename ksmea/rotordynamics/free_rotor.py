@@ -18,14 +18,14 @@ class FreeRotor(ABC):
         """What it is made of; coefficients of bearings are those at a spin speed (rad/s)."""
 
     @abstractmethod
-    def motions(self, speed: Array, *, damped: bool = True) -> list[Motions]:
-        """The oscillating free motions at spin speeds (n_speed,) rad/s. Undamped: without any damping, and with the symmetric
-        part of all stiffness alone."""
+    def motions(self, speed: Array, *, damping: float = 1.0) -> list[Motions]:
+        """The oscillating free motions at spin speeds (n_speed,) rad/s, with a part of all damping and of the part of stiffness that is not
+        symmetric; 0: undamped."""
 
     @abstractmethod
     def frequencies(self, speed: Array, *, damped: bool = True) -> Array:
         """Damped natural frequencies (n_speed, n) rad/s at spin speeds (n_speed,), rising, 0 in place of motions that do not
-        oscillate: each column is a continuous function of the speed."""
+        oscillate, damped or undamped as above: each column is a continuous function of the speed."""
 
     @abstractmethod
     def shapes(self, speed: float, places: Sequence[float]) -> Motions:

@@ -48,6 +48,7 @@ class BearingPlace:
     stiffness: Array  # N/m
     damping: Array  # N s/m
     has_pedestal: bool = False
+    load: float | None = None  # N, static, upwards; None: the bearings do not hold the rotor
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,7 @@ class RotorLayout:
     seals: tuple[BearingPlace, ...] = ()
     masses: tuple[DiskOutline, ...] = ()  # lumped
     couplings: tuple[float, ...] = ()  # places, m
+    sag: Array | None = None  # (n_node,) m below the line through the outer bearings, under the weight
 
     @property
     def length(self) -> float:  # m

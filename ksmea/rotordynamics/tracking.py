@@ -48,6 +48,12 @@ def tracked(motions: Sequence[Motions], n_branch: int) -> Branches:
     return Branches(speed, eigenvalue[:, order], direction[:, order])
 
 
+def continued(before: Motions, index: int, now: Motions) -> int | None:
+    """The motion that continues one of those before; None where none is like it."""
+    rows, columns = _assigned(before, range(len(before.eigenvalue)), now)
+    return dict(zip(rows, columns)).get(index)
+
+
 def _assigned(before: Motions, chosen: Sequence[int], now: Motions) -> tuple[list[int], list[int]]:
     """Which of the chosen motions before is continued by which one now."""
     alike = _likeness(before.shape[list(chosen)], now.shape)

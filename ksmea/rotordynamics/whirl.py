@@ -9,6 +9,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.rotordynamics.layout import RotorLayout
+from ksmea.rotordynamics.margins import SeparationMargin
 
 FORWARD, BACKWARD, MIXED = "forward", "backward", "mixed"
 STILL = 1e-3  # of the largest amplitude: places that move less do not vote on the direction of whirl
@@ -73,7 +74,7 @@ class CriticalSpeed:
 
     @property
     def amplification_factor(self) -> float | None:
-        """1/(2ζ), what a response to unbalance is multiplied by there; None for a motion that grows or does not decay."""
+        """1/(2ζ), what a response to unbalance is multiplied by there; None for a motion that grows or is not damped."""
         ratio = self.damping_ratio
         return 1 / (2 * ratio) if ratio > 0 else None
 
@@ -114,16 +115,18 @@ class Rotordynamics:
     speed_map: CriticalSpeedMap | None  # None: the rotor is not stably held without its bearings' own stiffness
     shapes: ModeShapes
     remarks: tuple[str, ...] = ()
+    operating: tuple[float, float] | None = None  # rad/s
+    margins: tuple[SeparationMargin, ...] = ()  # of peaks of the response beside it
 
 
 def damping_ratio(eigenvalue: ComplexArray) -> Array:
     """ζ = −Re λ / |λ|."""
-    return np.asarray(-eigenvalue.real / np.abs(eigenvalue))
+    return np.asarray(-eigenvalue.real / np.abs(eigenvalue)) + 0.0  # no -0
 
 
 def log_decrement(eigenvalue: ComplexArray) -> Array:
     """δ = −2π Re λ / |Im λ|, the logarithm by which an amplitude shrinks in one turn of the motion."""
-    return np.asarray(-2 * np.pi * eigenvalue.real / np.abs(eigenvalue.imag))
+    return np.asarray(-2 * np.pi * eigenvalue.real / np.abs(eigenvalue.imag)) + 0.0
 
 
 def direction_of_whirl(x: ComplexArray, y: ComplexArray) -> str:

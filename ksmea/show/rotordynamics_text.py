@@ -9,10 +9,12 @@ import pandas as pd
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import named
+from ksmea.rotordynamics.margins import CLAUSE
 from ksmea.rotordynamics.whirl import CriticalSpeed, Rotordynamics, log_decrement, roundness
 from ksmea.rotordynamics.whirl import damping_ratio as ratio_of
 from ksmea.show.charts.mode_shape_charts import in_plane, nodes
-from ksmea.units import GRAM_MILLIMETRE, HERTZ, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, RPM
+from ksmea.show.margins_text import margin_frame, margin_table, sag_frame
+from ksmea.units import GRAM_MILLIMETRE, HERTZ, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, MICROMETRE, RPM
 
 DIRECTIONS = {1.0: "forward", -1.0: "backward", 0.0: "mixed"}
 ENTRIES = ("xx", "xy", "yx", "yy")
@@ -33,7 +35,8 @@ def layout_frame(found: Rotordynamics) -> pd.DataFrame:
     for number, bearing in enumerate(layout.bearings, start=1):
         k = dict(zip((f"k{each}_MN_m" for each in ENTRIES), (bearing.stiffness / MEGANEWTON_PER_METRE).ravel()))
         c = dict(zip((f"c{each}_kN_s_m" for each in ENTRIES), (bearing.damping / KILONEWTON_SECOND_PER_METRE).ravel()))
-        rows.append({"thing": f"bearing {number}", "from_m": bearing.position, **k, **c})
+        load = {} if bearing.load is None else {"static_load_N": bearing.load}
+        rows.append({"thing": f"bearing {number}", "from_m": bearing.position, **k, **c, **load})
     for plane in layout.unbalance:
         size = {"unbalance_g_mm": plane.magnitude / GRAM_MILLIMETRE, "phase_deg": np.degrees(plane.phase)}
         rows.append({"thing": "unbalance", "from_m": plane.position, **size})
@@ -117,6 +120,8 @@ FRAMES = {
     "critical_speeds": critical_speed_frame,
     "speed_map": speed_map_frame,
     "mode_shapes": mode_shape_frame,
+    "margins": margin_frame,
+    "sag": sag_frame,
 }
 
 
@@ -137,7 +142,6 @@ HEAD = (
 
 
 def _row(each: CriticalSpeed) -> tuple[str, ...]:
-    factor = each.amplification_factor
     return (
         f"{each.harmonic:g}X",
         f"{each.speed / RPM:.1f}",
@@ -145,8 +149,15 @@ def _row(each: CriticalSpeed) -> tuple[str, ...]:
         each.direction,
         f"{100 * each.damping_ratio:.3g}",
         f"{each.log_decrement:.3g}",
-        "grows" if factor is None else f"{factor:.3g}" if factor < 1000 else f"{factor:.0f}",
+        _factor_in_words(each),
     )
+
+
+def _factor_in_words(each: CriticalSpeed) -> str:
+    factor = each.amplification_factor
+    if factor is None:
+        return "grows" if each.damping_ratio < 0 else "undamped"
+    return f"{factor:.3g}" if factor < 1000 else f"{factor:.0f}"
 
 
 def mode_table(found: Rotordynamics) -> pd.DataFrame:
@@ -174,7 +185,8 @@ def bearing_table(found: Rotordynamics) -> pd.DataFrame:
         k, c = bearing.stiffness / MEGANEWTON_PER_METRE, bearing.damping / KILONEWTON_SECOND_PER_METRE
         coefficients = {f"k{each} (MN/m)": f"{value:.4g}" for each, value in zip(ENTRIES, k.ravel())}
         coefficients |= {f"c{each} (kN s/m)": f"{value:.4g}" for each, value in zip(ENTRIES, c.ravel())}
-        rows.append({"bearing": str(number), "position (m)": f"{bearing.position:g}", **coefficients})
+        load = {} if bearing.load is None else {"static load (N)": f"{bearing.load:.4g}"}
+        rows.append({"bearing": str(number), "position (m)": f"{bearing.position:g}", **coefficients, **load})
     table = pd.DataFrame(rows)
     crossed = [name for name in table.columns if name[1:3] in ("xy", "yx") and set(table[name]) == {"0"}]
     return table.drop(columns=crossed)
@@ -188,6 +200,13 @@ def sentences(found: Rotordynamics) -> list[str]:
     ]
     if found.values:
         said.append(f"Values: {', '.join(f'{name} {value:.4g} {unit}' for name, unit, value in found.values)}.")
+    if layout.sag is not None:
+        loads = ", ".join(f"{bearing.load:.4g}" for bearing in layout.bearings if bearing.load is not None)
+        lowest = int(np.argmax(layout.sag))
+        said.append(
+            f"Lying level, the bearings carry {loads} N, and the shaft hangs {layout.sag[lowest] / MICROMETRE:.3g} µm below their"
+            f" line at {layout.node_positions[lowest]:.3g} m."
+        )
     if layout.support:
         said.append(f"{layout.support[0].upper()}{layout.support[1:]}.")
     said += [f"Effect: {each.name} ({each.where})." for each in layout.effects]
@@ -208,7 +227,13 @@ def text(found: Rotordynamics) -> str:
     table = critical_speed_table(found)
     shown = table.to_string(index=False) if len(table) else "no critical speed"
     first, *others = sentences(found)
-    return "\n".join([f"{found.title}: {first}", *others, "", shown])
+    lines = [f"{found.title}: {first}", *others, "", shown]
+    if found.operating is not None:
+        low, high = (each / RPM for each in found.operating)
+        margins = margin_table(found)
+        rows = margins.to_string(index=False) if len(margins) else "no peak of the response"
+        lines += ["", f"separation margins for {low:.0f} to {high:.0f} rpm ({CLAUSE})", rows]
+    return "\n".join(lines)
 
 
 def _larger(shape: ComplexArray) -> ComplexArray:

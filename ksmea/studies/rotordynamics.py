@@ -5,20 +5,22 @@ Critical speeds are crossings of the diagram: natural frequencies that equal a m
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.optimize import brentq, linear_sum_assignment
+from scipy.optimize import brentq
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.problem.problem import Problem
 from ksmea.rotordynamics.free_rotor import FreeRotor, Rotordynamic
 from ksmea.rotordynamics.layout import RotorLayout
+from ksmea.rotordynamics.margins import Peak, peaks, separation_margins
 from ksmea.rotordynamics.stability import SLOWEST
-from ksmea.rotordynamics.tracking import tracked
+from ksmea.rotordynamics.tracking import continued, tracked
 from ksmea.rotordynamics.whirl import (
     NO_PEAK,
     CriticalSpeed,
@@ -35,6 +37,8 @@ MORE_MODES = 4  # are followed than are shown: modes change places
 N_STIFFNESS = 61  # of a critical speed map
 N_PLACE = 201  # of a mode shape
 MAP_DECADES = 1.5  # either side of the stiffnesses of the model
+WIDTHS, N_ABOUT = 6.0, 121  # half-power half-widths either side of a critical speed, and speeds there
+N_CURVE = 600  # speeds of a response beside these
 NOMINAL = 10 * MEGANEWTON_PER_METRE  # in the middle of the map of a rotor whose bearings have no stiffness
 
 
@@ -56,6 +60,12 @@ class RotordynamicsOptions(Settings):
     harmonics: list[float] = setting(
         [1.0, 2.0], "multiples of the speed that are crossed with the natural frequencies", above=0, at_most=20
     )
+    operating_rpm: list[float] = setting(
+        [],
+        "operating range, least and largest continuous speed: separation margins by API 617 are given",
+        unit="rpm",
+        above=0,
+    )
     speeds: int = setting(101, "number of speeds of the Campbell diagram", at_least=16, at_most=2000)
     stiffness_from: float | None = setting(
         None, "least stiffness of the critical speed map; null: below that of the bearings", unit="MN/m", above=0
@@ -65,6 +75,10 @@ class RotordynamicsOptions(Settings):
     def check(self) -> None:
         if not self.harmonics:
             raise SettingError("harmonics: expected at least one, got none; 1 is the speed itself")
+        if self.operating_rpm and (len(self.operating_rpm) != 2 or self.operating_rpm[0] > self.operating_rpm[1]):
+            raise SettingError(
+                f"operating_rpm: expected the least and the largest continuous speed, such as [9000, 11000], got {self.operating_rpm}"
+            )
         if self.stiffness_from and self.stiffness_to and self.stiffness_from >= self.stiffness_to:
             raise SettingError(
                 f"stiffness_to: expected more than {self.stiffness_from:g} MN/m, where the map begins, got {self.stiffness_to:g}"
@@ -87,6 +101,8 @@ def rotordynamics(
     at_1x = [each.speed for each in found if each.harmonic == 1.0]
     shown_at = _speed(options, at_1x[0] if at_1x else highest)
     layout = rotor.layout(shown_at)
+    low_high = [each * RPM for each in options.operating_rpm]
+    operating = (low_high[0], low_high[1]) if low_high else None
     values = tuple(
         (each.name, each.unit, value / each.si_per_unit) for each, value in zip(problem.parameters, x.tolist())
     )
@@ -102,7 +118,27 @@ def rotordynamics(
         speed_map=_speed_map(rotor, layout, options, highest),
         shapes=_mode_shapes(rotor, layout, shown_at, options.modes),
         remarks=(*remarks, *problem.remarks_at(speed), *rotor.remarks),
+        operating=operating,
+        margins=() if operating is None else separation_margins(_peaks(problem, x, speed, found), *operating),
     )
+
+
+def _peaks(problem: Problem, x: Array, speed: Array, found: Sequence[CriticalSpeed]) -> tuple[Peak, ...]:
+    """Peaks of the response to the unbalance of the model at its probes, at speeds that are dense about critical speeds."""
+    channels = [channel for channel in problem.channels if channel.is_1x]
+    lacking = ", ".join([*({"unbalance"} & set(problem.missing)), *([] if channels else ["probes"])])
+    if lacking:
+        raise SettingError(
+            f"operating_rpm: expected a rotor that answers unbalance, got one without {lacking}; add them"
+        )
+    about = [
+        each.speed * (1 + max(each.damping_ratio, 1e-4) * np.linspace(-WIDTHS, WIDTHS, N_ABOUT))
+        for each in found
+        if each.harmonic == 1.0
+    ]
+    at = np.unique(np.concatenate([np.linspace(speed[-1] / N_CURVE, speed[-1], N_CURVE), *about]))
+    at = at[(at > 0) & (at <= speed[-1])]
+    return peaks(at, np.abs(problem.at(at, channels).response(x[None])[0]), channels)
 
 
 def _speed(options: RotordynamicsOptions, otherwise: float) -> float:
@@ -160,7 +196,7 @@ def _padded(rows: list[Array], n: int) -> Array:
 
 
 TOLERANCE = 1e-9  # of the highest speed
-SAME = 0.2  # |ln| of the ratio of a damped critical speed to an undamped one that may be the same one
+N_DAMPING = 9  # parts of the damping, from all to none, over which a motion is followed
 
 
 def critical_speeds(rotor: FreeRotor, speed: Array, harmonics: Sequence[float]) -> tuple[CriticalSpeed, ...]:
@@ -171,10 +207,11 @@ def critical_speeds(rotor: FreeRotor, speed: Array, harmonics: Sequence[float]) 
     found: list[CriticalSpeed] = []
     for harmonic in harmonics:
         at_harmonic = [
-            _critical_speed(rotor, each, harmonic) for each in _crossings(damped, tables[0], speed, harmonic)
+            _critical_speed(rotor, each, harmonic) for each, _ in _crossings(damped, tables[0], speed, harmonic)
         ]
         resonant = [each for each in at_harmonic if each.damping_ratio < NO_PEAK]
-        found += _with_undamped(resonant, np.array(_crossings(undamped, tables[1], speed, harmonic)))
+        of_columns = _crossings(undamped, tables[1], speed, harmonic)
+        found += [_with_undamped(rotor, each, of_columns, tables[1].shape[1]) for each in resonant]
     return tuple(found)
 
 
@@ -185,8 +222,11 @@ def _critical_speed(rotor: FreeRotor, speed: float, harmonic: float) -> Critical
     return CriticalSpeed(speed, harmonic, complex(motions.eigenvalue[nearest]), direction)
 
 
-def _crossings(frequencies: Callable[[Array], Array], table: Array, speed: Array, harmonic: float) -> list[float]:
-    """Where a column of frequencies, whose `table` at the scanned speeds is (n_speed, n), equals a multiple of the speed, rising."""
+def _crossings(
+    frequencies: Callable[[Array], Array], table: Array, speed: Array, harmonic: float
+) -> list[tuple[float, int]]:
+    """Where a column of frequencies, whose `table` at the scanned speeds is (n_speed, n), equals a multiple of the speed, rising, with the
+    column."""
     is_above = table >= harmonic * speed[:, None]
     found = []
     for interval, column in zip(*np.nonzero(is_above[:-1] != is_above[1:])):
@@ -194,19 +234,28 @@ def _crossings(frequencies: Callable[[Array], Array], table: Array, speed: Array
         def excess_at(at: float, column: int = int(column)) -> float:
             return float(frequencies(np.array([at]))[0, column] - harmonic * at)
 
-        found.append(brentq(excess_at, speed[interval], speed[interval + 1], xtol=TOLERANCE * speed[-1]))
+        at = brentq(excess_at, speed[interval], speed[interval + 1], xtol=TOLERANCE * speed[-1])
+        found.append((at, int(column)))
     return sorted(found)
 
 
-def _with_undamped(found: list[CriticalSpeed], undamped: Array) -> list[CriticalSpeed]:
-    """Each with the undamped critical speed that is nearest to it, which belongs to no other."""
-    if not found or not len(undamped):
-        return found
-    apart = np.abs(np.log(np.array([each.speed for each in found])[:, None] / undamped))
-    nearest = dict(zip(*(part.tolist() for part in linear_sum_assignment(np.minimum(apart, SAME)))))
-    return [
-        CriticalSpeed(each.speed, each.harmonic, each.eigenvalue, each.direction, float(undamped[nearest[index]]))
-        if index in nearest and apart[index, nearest[index]] < SAME
-        else each
-        for index, each in enumerate(found)
-    ]
+def _with_undamped(
+    rotor: FreeRotor, critical: CriticalSpeed, undamped: Sequence[tuple[float, int]], n_column: int
+) -> CriticalSpeed:
+    """With the undamped critical speed that it becomes as all damping is taken away: its motion is followed to the undamped one at its
+    own speed, whose frequency is that of one column; where that crosses the harmonic is the answer."""
+    at = np.array([critical.speed])
+    [before] = rotor.motions(at)
+    index = int(np.argmin(np.abs(before.eigenvalue - critical.eigenvalue)))
+    for part in np.linspace(1.0, 0.0, N_DAMPING)[1:]:
+        [now] = rotor.motions(at, damping=float(part))
+        following = continued(before, index, now)
+        if following is None:
+            return critical
+        before, index = now, following
+    column = n_column - len(before.eigenvalue) + index  # motions that oscillate are the last columns
+    crossings = [speed for speed, own in undamped if own == column]
+    if not crossings:
+        return critical
+    nearest = min(crossings, key=lambda speed: abs(speed - critical.speed))
+    return dataclasses.replace(critical, undamped=nearest)

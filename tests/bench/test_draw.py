@@ -43,7 +43,7 @@ def test_a_drawing_has_figures_numbers_and_one_page(enter):
     assert ended.code == 0 and not ended.err
     names = {path.name for path in ended.output.iterdir()}
     pictures = {"rotor", "campbell", "stability", "speed_map", "orbits", "deflections"}
-    tables = {"rotor", "campbell", "critical_speeds", "speed_map", "mode_shapes"}
+    tables = {"rotor", "campbell", "critical_speeds", "speed_map", "mode_shapes", "sag"}
     assert names == {*(f"{each}.png" for each in pictures), *(f"{each}.csv" for each in tables), "index.html"}
     found = ended.table("critical_speeds")["critical_speed_rpm"]
     assert list(found) == pytest.approx(PUBLISHED, rel=5e-4)  # as tests/rotor/test_modes.py
@@ -204,7 +204,7 @@ def test_a_critical_speed_that_is_a_scanned_one_is_found_once():
 
     for n_speed in (5, 6):
         speed = np.linspace(0.0, 200.0, n_speed)
-        assert _crossings(constant, constant(speed), speed, 1.0) == [100.0]
+        assert _crossings(constant, constant(speed), speed, 1.0) == [(100.0, 0)]
 
 
 def test_stiffnesses_that_are_close_share_one_text():

@@ -26,6 +26,8 @@ from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.free_motion.layout import layout_of
 from problems.rotor.free_motion.modes import OVERDAMPED, undamped_critical_speeds
 from problems.rotor.free_motion.stability import (
+    AT_REST,
+    NEITHER,
     Held,
     LowModes,
     Pencil,
@@ -34,11 +36,11 @@ from problems.rotor.free_motion.stability import (
     is_passive,
     low_modes,
     pencils_of,
-    symmetric,
+    towards_symmetric,
 )
+from problems.rotor.free_motion.static_load import is_held, static_sag, weight_shares
 
 N_MODE = 30  # of the rotor on nominal springs, besides its deflections under forces at its ports
-AT_REST = 1e-7  # of the middle one of all frequencies: slower motions are those of a rotor that nothing holds
 DOUBLE = 1e-7  # relative difference of eigenvalues that are one
 
 # Position (m) of a site, and mass (2, 2), damping and stiffness (n_speed, 2, 2) there at spin speeds (n_speed,)
@@ -102,10 +104,15 @@ class FreeMotion(FreeRotor):
 
     def layout(self, speed: float) -> RotorLayout:
         stiffness, damping, _ = (part[0] for part in self.bearings_at(np.array([speed])))
-        return layout_of(self.rotor, self.channels, stiffness, damping, self.supports, self.effects)
+        layout = layout_of(self.rotor, self.channels, stiffness, damping, self.supports, self.effects)
+        if not is_held(self.rotor):
+            return layout
+        places = zip(layout.bearings, weight_shares(self.rotor).tolist())
+        bearings = tuple(dataclasses.replace(bearing, load=load) for bearing, load in places)
+        return dataclasses.replace(layout, bearings=bearings, sag=static_sag(self.rotor))
 
     def frequencies(self, speed: Array, *, damped: bool = True) -> Array:
-        pencils = self._pencils(speed, damped)
+        pencils = self._pencils(speed, float(damped))
         if isinstance(pencils, list):
             scale = self.low_at(speed[:1]).highest
             found = [
@@ -115,16 +122,16 @@ class FreeMotion(FreeRotor):
             found = list(np.linalg.eigvals(pencils).astype(complex))
         return np.sort(np.stack([np.where(_oscillates(each), each.imag, 0.0) for each in found]), axis=1)
 
-    def motions(self, speed: Array, *, damped: bool = True) -> list[Motions]:
+    def motions(self, speed: Array, *, damping: float = 1.0) -> list[Motions]:
         basis = self.low_at(speed[:1]).basis
         rows = basis.reshape(-1, DOF_PER_NODE, basis.shape[1])[:, : len(DIRECTIONS)]
-        pairs = self._eigenpairs(speed, damped)
+        pairs = self._eigenpairs(speed, damping)
         return [_motions(float(spin), *pair, rows) for spin, pair in zip(speed, pairs)]
 
     def shapes(self, speed: float, places: Sequence[float]) -> Motions:
         reading = [[displacement_row(self.rotor, place, axis) for axis in DIRECTIONS] for place in places]
         rows = np.array(reading) @ self.low_at(np.array([speed])).basis
-        [pair] = self._eigenpairs(np.array([speed]), True)
+        [pair] = self._eigenpairs(np.array([speed]), 1.0)
         return _motions(speed, *pair, rows)
 
     def undamped_critical_speeds(self, stiffness: float) -> tuple[Array, Array]:
@@ -134,8 +141,8 @@ class FreeMotion(FreeRotor):
     def _free(self) -> Matrices:
         return assemble_free(self.rotor)
 
-    def _eigenpairs(self, speed: Array, damped: bool) -> list[Eigenpairs]:
-        pencils, low = self._pencils(speed, damped), self.low_at(speed[:1])
+    def _eigenpairs(self, speed: Array, damping: float) -> list[Eigenpairs]:
+        pencils, low = self._pencils(speed, damping), self.low_at(speed[:1])
         n_low = low.basis.shape[1]
         if isinstance(pencils, list):
             solved = (scipy.linalg.eig(*each, homogeneous_eigvals=True) for each in pencils)
@@ -143,19 +150,20 @@ class FreeMotion(FreeRotor):
         values, vectors = np.linalg.eig(pencils)
         return [(each, shapes[:n_low]) for each, shapes in zip(values.astype(complex), vectors.astype(complex))]
 
-    def _pencils(self, speed: Array, damped: bool) -> Array | list[Pencil]:
-        """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground; on supports two matrices for each speed."""
+    def _pencils(self, speed: Array, damping: float) -> Array | list[Pencil]:
+        """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground; on supports two matrices for each speed. `damping` is the
+        part of all damping, and of the part of stiffness that is not symmetric."""
         low, held = self.low_at(speed), self.held_at(speed)
-        if damped:
+        if damping == 1.0:
             return pencils_of(low, held)
         own = low.matrices
         without = dataclasses.replace(
             own,
-            stiffness=symmetric(own.stiffness),
-            damping=np.zeros_like(own.damping),
-            circulatory=symmetric(own.circulatory),
+            stiffness=towards_symmetric(own.stiffness, damping),
+            damping=damping * own.damping,
+            circulatory=towards_symmetric(own.circulatory, damping),
         )
-        return pencils_of(dataclasses.replace(low, matrices=without), held.undamped())
+        return pencils_of(dataclasses.replace(low, matrices=without), held.with_damping(damping))
 
 
 def free_motion_of(rotor: Rotor, highest: float) -> FreeMotion:
@@ -185,7 +193,9 @@ def _motions(speed: float, eigenvalue: ComplexArray, coordinates: ComplexArray, 
         shape[first : first + 2] = _as_circles(shape[first : first + 2])
     flat = shape.reshape(len(shape), -1)
     largest = flat[np.arange(len(flat)), np.argmax(np.abs(flat), axis=1)]
-    return Motions(speed, eigenvalue[order], shape / largest[:, None, None])
+    value = eigenvalue[order]
+    value.real[np.abs(value.real) <= NEITHER * np.abs(value)] = 0.0  # neither grows nor decays: rounding has no sign
+    return Motions(speed, value, shape / largest[:, None, None])
 
 
 def _as_circles(pair: ComplexArray) -> ComplexArray:

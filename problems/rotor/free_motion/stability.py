@@ -58,6 +58,8 @@ Pencil = tuple[ComplexArray, Array]  # A and B of A z = λ B z
 WEAKEST = 1e-3  # of the stiffest bearing: springs of the rotor whose modes these are, where a bearing has less
 SAME_DIRECTION = 1e-5  # relative: what differs by less from the modes is left out, there is rounding in it
 NEITHER = 1e-7  # |σ|/|λ| up to which a motion counts as neither growing nor decaying: rounding
+SLOWEST = 1e-6  # of the highest frequency: slower motions are at rest but for rounding, and do not grow
+AT_REST = 1e-7  # of the middle one of all frequencies: slower motions are those of a rotor that nothing holds
 INFINITE = 1e4  # times the highest frequency: eigenvalues beyond it are those of supports without compliance or mass
 
 
@@ -152,26 +154,28 @@ class Held:
         """K, C, M between all ports, (n_speed, n_port, n_port)."""
         return by_port(self.stiffness), by_port(self.damping), by_port(self.mass)
 
-    def undamped(self) -> Held:
-        """With symmetric stiffness and without any damping."""
+    def with_damping(self, part: float) -> Held:
+        """With a part of all damping, and of the part of stiffness that is not symmetric."""
         return dataclasses.replace(
             self,
-            stiffness=symmetric(self.stiffness),
-            damping=np.zeros_like(self.damping),
-            supports=tuple(dataclasses.replace(each, loss_factor=0.0) for each in self.supports),
-            pedestals=tuple((index, undamped_pedestal(each)) for index, each in self.pedestals),
+            stiffness=towards_symmetric(self.stiffness, part),
+            damping=part * self.damping,
+            supports=tuple(dataclasses.replace(each, loss_factor=part * each.loss_factor) for each in self.supports),
+            pedestals=tuple((index, _less_damped(each, part)) for index, each in self.pedestals),
         )
 
 
-def symmetric(matrices: Array) -> Array:
-    return (matrices + np.swapaxes(matrices, -1, -2)) / 2
+def towards_symmetric(matrices: Array, part: float) -> Array:
+    """The symmetric part of matrices, and a part of the rest."""
+    transposed = np.swapaxes(matrices, -1, -2)
+    return (matrices + transposed) / 2 + part * (matrices - transposed) / 2
 
 
-def undamped_pedestal(pedestal: Pedestal) -> Pedestal:
-    """A pedestal with symmetric stiffness alone, and its mass."""
-    cross = (pedestal.kxy + pedestal.kyx) / 2
-    changed = dataclasses.replace(pedestal, kxy=cross, kyx=cross, loss_factor=0.0)
-    return with_coefficients(changed, np.where(IS_DAMPING, 0.0, numbers_of(changed)))
+def _less_damped(pedestal: Pedestal, part: float) -> Pedestal:
+    stiffness = towards_symmetric(np.array(numbers_of(pedestal)[:4]).reshape(2, 2), part).ravel()
+    others = np.where(IS_DAMPING, part, 1.0)[4:] * numbers_of(pedestal)[4:]
+    changed = with_coefficients(pedestal, np.concatenate([stiffness, others]))
+    return dataclasses.replace(changed, loss_factor=part * pedestal.loss_factor)
 
 
 def growth_rate(low: LowModes, held: Held) -> Array:
@@ -179,9 +183,9 @@ def growth_rate(low: LowModes, held: Held) -> Array:
     decays."""
     pencils = pencils_of(low, held)
     if not isinstance(pencils, list):
-        return _largest(np.linalg.eigvals(pencils).astype(complex))
+        return _largest(np.linalg.eigvals(pencils).astype(complex), low.highest)
     found = [finite_eigenvalues(*scipy.linalg.eigvals(*each, homogeneous_eigvals=True)) for each in pencils]
-    return np.array([_largest(each[None] * low.highest)[0] for each in found])
+    return np.array([_largest(each[None] * low.highest, low.highest)[0] for each in found])
 
 
 def pencils_of(low: LowModes, held: Held) -> Array | list[Pencil]:
@@ -235,11 +239,11 @@ def finite_eigenvalues(numerator: ComplexArray, denominator: ComplexArray) -> Co
     return np.asarray(np.divide(numerator, denominator, out=np.zeros_like(numerator), where=finite))
 
 
-def _largest(eigenvalues: ComplexArray) -> Array:
+def _largest(eigenvalues: ComplexArray, highest: float) -> Array:
     """The largest real part of eigenvalues (…, n) of motions that whirl with ω ≥ 0, or hardly whirl at all."""
     real, size = eigenvalues.real, np.abs(eigenvalues)
     real = np.where(np.abs(real) > NEITHER * size, real, 0.0)
-    is_motion = (eigenvalues.imag > -np.abs(real)) & (size > 0)
+    is_motion = (eigenvalues.imag > -np.abs(real)) & (size > SLOWEST * highest)
     return np.asarray(np.max(np.where(is_motion, real, -np.inf), axis=-1))
 
 

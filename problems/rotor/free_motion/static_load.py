@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 import scipy.linalg
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, Indices
 from problems.rotor.finite_elements import shaft
 from problems.rotor.finite_elements.assembly import assemble_free, chained, of_elements
 from problems.rotor.finite_elements.data import Rotor
@@ -28,13 +28,27 @@ def weight_shares(rotor: Rotor) -> Array:
 
     Two bearings share it by levers alone. More share it as the shaft bends on springs as stiff as the bearings, all at one height.
     """
+    ports, springs, deflection = _under_weight(rotor)
+    return np.asarray(-(springs * deflection[ports])[1::2])
+
+
+def static_sag(rotor: Rotor) -> Array:
+    """How far the shaft hangs below the line through its outer bearings under its weight, (n_node,) m, downwards positive."""
+    _, _, deflection = _under_weight(rotor)
+    down, nodes = -deflection[1::DOF_PER_NODE], rotor.node_positions
+    held = np.unique([rotor.node_at(bearing.position, "bearing") for bearing in rotor.bearings])[[0, -1]]
+    slope = (down[held[1]] - down[held[0]]) / (nodes[held[1]] - nodes[held[0]])
+    return np.asarray(down - down[held[0]] - slope * (nodes - nodes[held[0]]))
+
+
+def _under_weight(rotor: Rotor) -> tuple[Indices, Array, Array]:
+    """Ports of the bearings, their springs N/m, and the deflection (n_dof,) m of a shaft that lies level on them."""
     free = assemble_free(rotor)
     ports, springs = ports_of(rotor, rotor.bearings), nominal_springs(rotor.bearings)
     stiffness = free.stiffness.copy()
     np.add.at(stiffness, (ports, ports), springs)
     down = np.tile([0.0, -1.0, 0.0, 0.0], len(stiffness) // DOF_PER_NODE)
-    deflection = np.linalg.solve(stiffness, GRAVITY * free.mass @ down)
-    return np.asarray(-(springs * deflection[ports])[1::2])
+    return ports, springs, np.linalg.solve(stiffness, GRAVITY * free.mass @ down)
 
 
 def is_held(rotor: Rotor) -> bool:
