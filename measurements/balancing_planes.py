@@ -101,13 +101,11 @@ def _holes(block: Block, radius: Radius | None) -> Holes | None:
     if "holes" not in block.values:
         for key in IN_PLANE[4:]:
             if key in block.values:
-                raise block.error(key, "expected holes beside it, got none; give their number or their angles")
+                raise block.error(key, "expected holes with it, got none; give their number or their angles")
         return None
     if isinstance(block.values["holes"], list):
         if "first_angle_deg" in block.values:
-            raise block.error(
-                "first_angle_deg", "expected the number of holes beside it, got their angles; leave it out"
-            )
+            raise block.error("first_angle_deg", "expected the number of holes with it, got their angles; leave it out")
         numbers = [Block(block.file, block.path, {"holes": each}) for each in block.entries("holes")]
         angles = [each.number("holes", "deg", at_least=-MAX_ANGLE, at_most=MAX_ANGLE) * DEGREE for each in numbers]
     else:

@@ -8,6 +8,7 @@ be given several times. What is decided of the file stands in remarks at its hea
 from __future__ import annotations
 
 import json
+import re
 import sys
 import typing
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,6 +29,7 @@ from measurements.slow_roll import SUBTRACTED
 from measurements.sweeps import DOWN, UP
 
 UNANSWERED = 2  # exit code
+NOT_OF_A_NAME = re.compile(r"[^\w.-]+")  # of a run
 
 
 def import_file(words: list[str]) -> int:
@@ -56,7 +58,7 @@ def import_file(words: list[str]) -> int:
         _tell(source, target)
     if both:
         runs = "".join(
-            f"  - {{name: {part}, file: {json.dumps(target.name, ensure_ascii=False)}, direction: {part}}}\n"  # a name may have commas
+            f"  - {{name: {NOT_OF_A_NAME.sub('_', target.stem)}, file: {json.dumps(target.name, ensure_ascii=False)}, direction: {part}}}\n"  # a name may have commas
             for part, target in zip(parts, outs)
         )
         replace_file(

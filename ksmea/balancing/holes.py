@@ -6,8 +6,8 @@ Two neighbouring holes at α < θ < β, β − α < 180°, carry a weight of siz
 
 If one of them is heavier than a hole takes, the lightest weights with Σ m_h e^{iα_h} = w, 0 ≤ m_h ≤ most, are a linear programme,
 whose vertices have at most two holes partly filled (Dantzig, *Linear Programming and Extensions*, 1963, ch. 5). If none do,
-bounded least squares leave least. For weights of given sizes all pairs are tried of these holes and the two free ones nearest
-to the weight besides: given the first weight of a pair, the best second one is the size nearest to its projection. With two
+bounded least squares leave least. For weights of given sizes all pairs are tried of these holes and the two nearest further
+free ones: given the first weight of a pair, the best second one is the size nearest to its projection. With two
 holes that is exact; of more, pairs are replaced in turn until no pair does better.
 """
 
@@ -24,7 +24,7 @@ from ksmea.measurement.campaign import Holes
 from ksmea.units import TURN
 
 SMALLEST = 1e-9  # part of the weight; less is rounding
-N_BESIDE = 2  # holes that are tried besides those of free sizes; holes farther off only add weight
+N_BESIDE = 2  # holes tried in addition to the holes of free sizes; holes farther off only add weight
 MAX_SIZES = 2000  # of weights that are tried in a hole; finer steps are rounded one by one
 
 

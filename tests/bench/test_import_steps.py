@@ -74,6 +74,12 @@ def test_run_up_and_coast_down_are_told_apart(folder, capsys):
     campaign = ksmea.read_measurement("a, b #2.yaml")
     assert [run.direction for run in campaign.campaign.runs] == ["up", "down"]
     assert len(campaign.speed) == len(rows)
+    # runs of a second file have other names, so that both can be written into one campaign
+    assert main.run(["import", example, "--format", "run_up", "--sweep", "both", "--out", "trial.csv"]) == 0
+    first, second = (Path(name).read_text() for name in ("a, b #2.yaml", "trial.yaml"))
+    Path("all.yaml").write_text(first + second.partition("runs:\n")[2])
+    runs = ksmea.read_measurement("all.yaml").campaign.runs
+    assert [run.name for run in runs] == ["a_b_2_up", "a_b_2_down", "trial_up", "trial_down"]
 
 
 def test_repeated_speeds_are_averaged_where_that_is_asked_for(folder):

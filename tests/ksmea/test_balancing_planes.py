@@ -99,7 +99,7 @@ def test_weights_go_into_the_holes_of_their_plane(tmp_path):
         ("size: 5 g furlong", "", "expected a size such as"),
         ("size: 5 g mm, g_mm: 5", "", "unknown key 'size'"),
         ("size: 5 g", PLANE.replace("120 mm", "120"), "planes[1].radius: expected a"),
-        ("size: 5 g", PLANE.replace("}", ", step: 1 g}"), "planes[1].step: expected holes beside it"),
+        ("size: 5 g", PLANE.replace("}", ", step: 1 g}"), "planes[1].step: expected holes with it"),
         ("size: 5 g", PLANE.replace("}", ", holes: 2, occupied: [1, 2]}"), "expected a free hole"),
         ("size: 5 g", PLANE.replace("}", ", holes: 4, occupied: [5]}"), "expected a list of holes from 1 to 4"),
         ("size: 5 g", PLANE.replace("}", ", holes: [0, 90], first_angle_deg: 1}"), "planes[1].first_angle_deg"),
