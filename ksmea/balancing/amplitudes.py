@@ -28,6 +28,7 @@ from ksmea.errors import SettingError
 
 N_UNKNOWN = 3  # of an entry: bare amplitude, both parts of the influence coefficient
 N_LINEAR = 4  # of its linear equation
+TO_COMPLEX = np.array([[1, 0, 0], [0, 1, 1j]])  # from these three real numbers to both complex ones
 SMALLEST = 1e-6  # relative singular value below which weights do not differ enough
 
 
@@ -36,10 +37,16 @@ class AmplitudeFit(Fit):
     """Influence coefficients whose phases count from that of the bare response. `dof` is half of the real degrees of freedom."""
 
     covariance_found: ComplexArray = field(default_factory=lambda: np.empty((0, 0), np.complex128))  # E[δ δᴴ], flat
+    relation_found: ComplexArray = field(default_factory=lambda: np.empty((0, 0), np.complex128))  # E[δ δᵀ]
 
     @property
     def coefficient_covariance(self) -> ComplexArray:
         return self.covariance_found
+
+    @property
+    def coefficient_relation(self) -> ComplexArray:
+        """E[δ δᵀ]: the bare response is real, so that errors are not circular."""
+        return self.relation_found
 
 
 def fitted_amplitudes(readings: Readings) -> AmplitudeFit:
@@ -67,9 +74,12 @@ def fitted_amplitudes(readings: Readings) -> AmplitudeFit:
     coefficients = np.array([each for each, _, _ in found]).T
     factor = sum(chi2 for *_, chi2 in found) / (2 * dof) if method == COMMON else 1.0
     n = len(found)
-    covariance = np.zeros((2 * n, 2 * n), dtype=np.complex128)
-    for index, (_, own, _) in enumerate(found):
-        covariance[np.ix_([index, n + index], [index, n + index])] = factor * own
+    covariance, relation = np.zeros((2, 2 * n, 2 * n), dtype=np.complex128)
+    for index, (_, parts, _) in enumerate(found):
+        at = np.ix_([index, n + index], [index, n + index])
+        covariance[at], relation[at] = (
+            factor * TO_COMPLEX @ parts @ other.T for other in (TO_COMPLEX.conj(), TO_COMPLEX)
+        )
     unit = np.repeat([1.0, scale], n)
     influence = Influence(
         coefficients / np.array([[1.0], [scale]]),
@@ -88,6 +98,7 @@ def fitted_amplitudes(readings: Readings) -> AmplitudeFit:
         method,
         dof,
         covariance_found=np.asarray(covariance / np.outer(unit, unit)),
+        relation_found=np.asarray(relation / np.outer(unit, unit)),
     )
 
 
@@ -117,8 +128,8 @@ def closed_form(linear: Array, amplitude: Array) -> ComplexArray:
 
 def _entry(
     linear: Array, weights: ComplexArray, amplitude: Array, variance: Array
-) -> tuple[ComplexArray, ComplexArray, float]:
-    """Bare amplitude and influence coefficient of an entry, their covariance E[δ δᴴ], and χ²."""
+) -> tuple[ComplexArray, Array, float]:
+    """Bare amplitude and influence coefficient of an entry, the covariance of that and of both parts of this, and χ²."""
     sd = np.sqrt(np.maximum(variance, 1e-12 * np.mean(amplitude**2)))  # digits of a file
     start, size = closed_form(linear, amplitude), float(np.max(amplitude))
 
@@ -129,8 +140,6 @@ def _entry(
     found = least_squares(residual, first, method="lm", xtol=1e-14, ftol=1e-14)
     bare, coefficient = found.x[0] * size, complex(found.x[1], found.x[2]) * size
     turn = 1.0 if bare >= 0 else -1.0
-    to_complex = turn * np.array([[1, 0, 0], [0, 1, 1j]])
     jacobian = np.asarray(found.jac, dtype=float)
-    real = np.linalg.inv(jacobian.T @ jacobian) * size**2
     solved = turn * np.array([bare, coefficient], dtype=np.complex128)
-    return solved, np.asarray(to_complex @ real @ to_complex.conj().T, dtype=np.complex128), float(2 * found.cost)
+    return solved, np.linalg.inv(jacobian.T @ jacobian) * size**2, float(2 * found.cost)

@@ -104,9 +104,15 @@ def _p_of_unbalance(fit: Fit, linear: ComplexArray) -> float | None:
     n = fit.influence.coefficients.size
     regressors = np.kron(np.r_[1.0, linear], np.eye(n_entry))
     covariance = regressors @ fit.coefficient_covariance[:n, :n] @ regressors.conj().T
+    relation = regressors @ fit.coefficient_relation[:n, :n] @ regressors.T
+    both = np.block(
+        [[covariance + relation, 1j * (covariance - relation)], [-1j * (covariance + relation), covariance - relation]]
+    )
+    of_parts = both.real / 2  # of real parts, then of imaginary parts
     by = fit.influence.planes.T
-    bare = fit.influence.bare
-    weighted = np.linalg.solve(covariance, by)
-    left = bare - by @ np.linalg.solve(by.conj().T @ weighted, weighted.conj().T @ bare)
-    chi2 = float(np.vdot(left, np.linalg.solve(covariance, left)).real)
-    return tail(chi2, n_entry - n_plane, fit.dof)
+    columns = np.block([[by.real, -by.imag], [by.imag, by.real]])
+    bare = np.r_[fit.influence.bare.real, fit.influence.bare.imag]
+    weighted = np.linalg.solve(of_parts, columns)
+    left = bare - columns @ np.linalg.solve(columns.T @ weighted, weighted.T @ bare)
+    chi2 = float(left @ np.linalg.solve(of_parts, left))
+    return tail(chi2 / 2, n_entry - n_plane, fit.dof)

@@ -89,6 +89,11 @@ class Fit:
         """Of bare response and influence coefficients, flat, then of slopes and growth."""
         return self.solution.coefficient_covariance
 
+    @property
+    def coefficient_relation(self) -> ComplexArray:
+        """E[δ δᵀ] of their errors: 0, they are circular."""
+        return np.zeros_like(self.coefficient_covariance)
+
     def without(self, runs: Indices) -> Fit:
         """The influence coefficients of the other runs, at the same variance components."""
         fit = dataclasses.replace(self, used=np.setdiff1d(self.used, runs))

@@ -89,7 +89,8 @@ def _polar_columns(value: PolarRecord) -> dict[str, float | None]:
 
 def _data(record: BalanceRecord) -> str:
     dof = "" if record.dof is None or record.dof == 0 else f" ({record.dof:g} complex degrees of freedom)"
-    what = "amplitudes" if record.is_amplitude else "complex numbers"
+    what = "amplitude" if record.is_amplitude else "complex number"
+    what += "" if len(record.entries) == 1 else "s"
     planes = "1 plane" if len(record.planes) == 1 else f"{len(record.planes)} planes"
     return (
         f"{record.n_used} of {record.n_run} runs, {len(record.entries)} {what} each (speed × channel), tell {planes}."

@@ -86,14 +86,17 @@ def test_the_error_of_the_correction_is_that_of_the_formula(effect):
 def test_intervals_hold_the_truth():
     """95 % regions, 300 draws of noise that is stated: two standard deviations of the share are 2.5 %; the disc of an error
     that is not circular may hold 92 %. A size is inside its interval more often than the weight is in its disc."""
-    rng, inside = np.random.default_rng(3), []
+    rng, inside, p = np.random.default_rng(3), [], []
     bare, coefficient = np.array([6 + 2j, 4j]), np.array([0.3j, 0.2 + 0.1j])
     coefficient[1] = coefficient[0] * bare[1] / bare[0]  # unbalance in the plane alone
     true = -bare[0] / coefficient[0]
     for _ in range(300):
-        [weight] = ksmea.balance(job(bare, coefficient, noise=0.05, rng=rng)).record.correction.weight
+        found = ksmea.balance(job(bare, coefficient, noise=0.05, rng=rng)).record.correction
+        [weight] = found.weight
+        p.append(found.p)
         inside.append(weight.low <= abs(true) <= weight.high)
     assert 0.92 - 0.025 <= np.mean(inside) <= 1.0
+    assert np.mean(np.array(p) < 0.05) == pytest.approx(0.05, abs=0.025)  # all is unbalance in the plane
 
 
 def test_without_a_stated_noise_it_is_that_of_the_runs_to_spare():
