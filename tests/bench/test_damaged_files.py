@@ -1,17 +1,33 @@
 """Damaged rotors, extended problems, run-ups, campaigns, plans and records are read or refused in one visible line; `damaged_files`
 says how to try many more."""
 
+import csv
 import re
 import shutil
 from pathlib import Path
 from unittest.mock import patch
 
+import openpyxl
 import pytest
 from hypothesis import event, given
 
 from bench import main as bench_main
 from bench.reports import collect
-from damaged_files import FAULTS, cut, damaged, inserted, other_byte, other_json, other_line, other_value, outcome_of
+from damaged_files import (
+    FAULTS,
+    cut,
+    damaged,
+    inserted,
+    other_byte,
+    other_cell,
+    other_json,
+    other_line,
+    other_value,
+    outcome_of,
+    recoded,
+    swapped,
+    truncated,
+)
 from ksmea.errors import SettingError
 from ksmea.problem.alignment import aligned
 from measurements.campaign import CampaignFile
@@ -38,6 +54,9 @@ JSON = [
 KEYS = ["x", "name", "\x1b[2J", "bound"]
 # fmt: on
 YAML = (*[other_value(NUMBERS)] * 2, other_value(WORDS), other_byte, inserted(NUMBERS + WORDS), cut, other_line)
+CELLS = [*NUMBERS, *WORDS, b"", b"1,5", b"1_000", b"kxx [N/mm]", b"[stone]", b"rpm"]
+TABLE = (*[other_cell(CELLS)] * 3, other_byte, other_line, swapped, cut, recoded)
+BYTES = (other_byte, other_byte, cut, truncated)
 LINES = (*[other_json(JSON, KEYS)] * 4, other_byte)
 
 
@@ -78,6 +97,9 @@ def use_results(folder):
 
 TARGETS = {  # the file that is damaged, the slips, and what is done with its folder
     "rotor": ("rotor.yaml", YAML, lambda folder: use_file(RotorFile(file=str(folder / "rotor.yaml")))),
+    "machine": ("machine.yaml", YAML, lambda folder: use_file(RotorFile(file=str(folder / "machine.yaml")))),
+    "machine_table": ("bearing.csv", TABLE, lambda folder: use_file(RotorFile(file=str(folder / "machine.yaml")))),
+    "machine_sheet": ("bearing.xlsx", BYTES, lambda folder: use_file(RotorFile(file=str(folder / "sheet.yaml")))),
     "extended": ("extended.yaml", YAML, lambda folder: use_file(ExtendedFile(file=str(folder / "extended.yaml")))),
     "run_up": ("run_up.csv", YAML, use_run_up),
     "campaign": (CAMPAIGN, YAML, use_campaign),
@@ -95,6 +117,17 @@ def without_remarks(path):
     return re.sub(rb"(?m)^ *#.*\n| +#.*$", b"", content) if path.suffix == ".yaml" else content
 
 
+def with_sheet(folder):
+    """The machine's table of its bearings as a sheet of a workbook."""
+    book = openpyxl.Workbook()
+    book.active.title = "bearing"
+    for row in csv.reader((folder / "bearing.csv").read_text().splitlines()):
+        book.active.append([float(cell) if cell[-1:].isdigit() else cell for cell in row])
+    book.save(folder / "bearing.xlsx")
+    content = (folder / "machine.yaml").read_text().replace("table: bearing.csv", "table: bearing.xlsx#bearing")
+    (folder / "sheet.yaml").write_text(content)
+
+
 @pytest.mark.parametrize("target", TARGETS)
 def test_damaged_files_are_read_or_refused_in_one_visible_line(target, table3, tmp_path):
     file, slips, attempt = TARGETS[target]
@@ -102,6 +135,7 @@ def test_damaged_files_are_read_or_refused_in_one_visible_line(target, table3, t
     for example in EXAMPLES.iterdir():
         if example.suffix in (".yaml", ".csv"):
             (folder / example.name).write_bytes(without_remarks(example))
+    with_sheet(folder)
 
     @given(damaged((folder / file).read_bytes(), slips))
     def is_read_or_refused(content):

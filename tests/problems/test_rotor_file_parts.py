@@ -13,6 +13,7 @@ from problems.rotor.finite_elements.segments import CouplingSegment
 from problems.rotor.response.unknowns import BearingTarget, PedestalTarget
 from problems.rotor_file import RotorFile
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 TABLES = Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")) / "rotors/tables"
 
 WHOLE = """\
@@ -382,3 +383,10 @@ def test_a_machine_on_soft_supports_with_probes_on_its_housings(support, write):
     part = np.tile(support_stiffness / (film + support_stiffness), 2)
     # Rounding of a solution near resonance: 1e-13 times its condition
     np.testing.assert_allclose(problem.response(x[None])[0], part * ground.response(x[None])[0], rtol=1e-9)
+
+
+def test_the_example_of_most_keys_has_one_response_by_both_routes():
+    problem = RotorFile(file=str(EXAMPLES / "machine.yaml")).build()
+    assert len(problem.rotor.seals) == 1 and problem.remarks_at(problem.speed) == ()
+    x = problem.parameters.to_si(np.random.default_rng(2).random((3, 4)))
+    assert np.abs(problem.response(x) / problem.dense_response(x) - 1).max() < 1e-8
