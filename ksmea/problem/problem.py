@@ -91,7 +91,7 @@ class Problem(ABC):
         return ()
 
     def remarks_at(self, speed: Array) -> tuple[str, ...]:
-        """What a report should say of the model at speeds (n,) rad/s, such as a table that ends before them. Left out: nothing."""
+        """Sentences for reports on the model at speeds (n,) rad/s, such as of a table that ends before them; by default none."""
         return ()
 
     @property

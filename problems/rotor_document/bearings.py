@@ -91,7 +91,7 @@ def _support(block: Block, units: Units, index: int, owners: Mapping[Target, str
 
 
 def coefficients_of(block: Block, units: Units) -> dict[str, float]:
-    """Those that a block gives, SI."""
+    """Coefficients that a block gives, SI."""
     given = [name for name in COEFFICIENTS if name in block.values]
     return {name: units.quantity(block, name, QUANTITY_OF_PART[name]) for name in given}
 

@@ -70,7 +70,7 @@ def read_unknowns(
 
 
 def _targets(block: Block, counts: Mapping[str, int], owners: Mapping[object, str]) -> tuple[tuple[Target, ...], str]:
-    """What an unknown sets, and the quantity that all of it is."""
+    """All that an unknown sets, and its quantity."""
     targets: list[Target] = []
     quantities: list[str] = []
     owners = dict(owners)

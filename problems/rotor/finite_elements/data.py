@@ -138,7 +138,7 @@ class Rotor:
 
     @property
     def _numbered(self) -> list[tuple[str, int]]:
-        """What `supported` holds, as rotor files count it."""
+        """Names and numbers for `supported`, as rotor files count."""
         parts = (("bearing", self.bearings), ("seal", self.seals))
         return [(thing, number) for thing, those in parts for number in range(1, len(those) + 1)]
 
