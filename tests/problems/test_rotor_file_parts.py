@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import ksmea
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from problems.rotor.finite_elements.bearing import COEFFICIENTS, Pedestal
@@ -252,6 +253,9 @@ def test_a_rotor_to_draw_needs_no_bearings_probes_or_unknowns(write):
     problem = RotorFile(file=write(free)).build()
     assert (problem.rotor.bearings, problem.channels, len(problem.parameters)) == ((), (), 0)
     assert problem.missing == ("bearings", "unbalance", "unknowns")
+    passive = free.replace(", axial_force: -3", "").replace("internal_damping: 2e-6, ", "")
+    drawing = str(ksmea.load_problem(write(passive)).draw())
+    assert "0 bearings" in drawing and "Stable up to 9000 rpm" in drawing
 
 
 def test_a_measurement_by_the_probes_of_a_housing_reads_against_it(write):

@@ -138,10 +138,16 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         return self.physics.free_motion(self._point(x), highest, MIN_MODES).growth_rate(speed)
 
     def is_stable(self, x: Array) -> bool:
-        """Without eigenvalues if nothing can feed a free motion."""
-        speed = scanned_speeds(float(np.max(self.speed)))
-        held = self.physics.free_motion(self._point(x), float(speed[-1]), MIN_MODES)
-        return held.is_passive(speed) or super().is_stable(x)
+        return self._is_passive(x, float(np.max(self.speed))) or super().is_stable(x)
+
+    def stability_threshold(self, x: Array, highest: float) -> float:
+        return np.inf if self._is_passive(x, highest) else super().stability_threshold(x, highest)
+
+    def _is_passive(self, x: Array, highest: float) -> bool:
+        """Whether nothing can feed a free motion, as far as that is known without eigenvalues: free rotors have zeros among them, which
+        rounding makes positive."""
+        speed = scanned_speeds(highest)
+        return self.physics.free_motion(self._point(x), float(speed[-1]), MIN_MODES).is_passive(speed)
 
     def free_rotor(self, x: Array, highest: float) -> FreeMotion:
         return self.physics.free_motion(self._point(x), highest, N_MODE)
