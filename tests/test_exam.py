@@ -69,6 +69,11 @@ def test_what_comes_with_the_project_passes(group, name):
     EXAMS[group](plugin, **(TRIED.get(group, {}) | STATED.get(name, {})))
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_machine_with_tables_supports_and_probes_on_housings_passes():
+    testing.check_problem(RotorFile(file=str(EXAMPLES / "machine.yaml")))
+
+
 @pytest.mark.parametrize("group", ["surrogate", "problem", "effect"])  # the others pass above and below
 def test_what_the_broken_ones_are_made_of_passes(group):
     plugin, stated = GOOD[group]
