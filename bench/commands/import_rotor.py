@@ -1,29 +1,41 @@
-"""`import rotor MODEL [--probe x@0.16] [--unbalance 0.5] [--speeds 500:6000:200] [--out rotor.yaml]`: a rotor model of another program as
+"""`import rotor MODEL [--unbalance 0.5] [--probe 1X@0.16] [--speeds 500:6000:200] [--out rotor.yaml]`: a rotor model of another program as
 a rotor file.
 
-MODEL is a file of ROSS (TOML or JSON), or is left out for tables: `--shaft shaft.csv --disks disks.csv --bearing left.csv@0.08`. Positions
-are in m, speeds in rpm. What a model never has (unbalance, probes, unknowns) is written as lines to be uncommented, or as asked for.
+MODEL is a file of ROSS (TOML or JSON), or is left out for tables in CSV or Excel: `--shaft shaft.csv --disks disks.csv --bearing left.csv@0.08`,
+also `--seal` and `--materials`; a sheet of a book is book.xlsx#sheet. Positions are in m, speeds in rpm. The shaft turns from x to y unless
+`--rotation "y to x"` says otherwise. `--axes load` turns coefficients that were given with x along the load (down). What a model never
+has (unbalance, probes, unknowns) is written as lines to be uncommented, or as asked for.
 """
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from bench.storage.files import replace_file
 from ksmea.errors import SettingError, unknown, visible, visible_lines
 from ksmea.measurement.channel import require_direction
+from ksmea.settings.document import Block
+from ksmea.settings.strict_yaml import LARGEST, parse
 from ksmea.units import RPM
-from problems.rotor_file import RotorFile
-from problems.rotor_import.model import ImportedRotor
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor_document.description import ROTATIONS, read_description
+from problems.rotor_document.tables import RotorSheets
+from problems.rotor_import.axes import AXES, XY, in_own_axes
+from problems.rotor_import.model import ImportedRotor, speeds_of_tables
 from problems.rotor_import.ross import read_ross
 from problems.rotor_import.tables import Sheets, read_sheets
+from problems.rotor_import.tables_beside import with_tables_beside
 from problems.rotor_import.yaml_text import Wanted, rotor_yaml
 
 ROTOR = "rotor"
 SEVERAL = ("probe", "unbalance", "bearing", "seal")
-ONCE = ("shaft", "disks", "materials", "speeds", "out")
+ONCE = ("shaft", "disks", "materials", "speeds", "rotation", "axes", "out")
+MOST_PLACES = 8  # that the count lists of a kind
+NAMED = re.compile(r"\w*?([xXyY])")  # the name of a probe that says its direction, 1X
 
 
 @dataclass
@@ -37,46 +49,113 @@ class _Asked:
 
 def import_rotor(words: Sequence[str]) -> int:
     """Write the rotor file, and print the count to compare with the drawing."""
-    asked = _asked(words)
-    out = Path(asked.once.get("out") or f"{Path(asked.model or asked.once['shaft'].partition('#')[0]).stem}.yaml")
-    if out.exists():
-        raise SettingError(f"import rotor: expected no {out} yet, found one; choose another --out, or remove it")
-    rotor = read_ross(asked.model) if asked.model else read_sheets(_sheets(asked))
-    wanted = _wanted(asked)
-    content = rotor_yaml(rotor, wanted).encode()
-    out.parent.mkdir(parents=True, exist_ok=True)
-    replace_file(out, content)
     try:
-        built = RotorFile(file=str(out)).build().rotor
-    except SettingError:
-        out.unlink()  # nothing stays that is no rotor
-        raise
-    print(visible_lines("\n".join([f"written: {out}", *_count(rotor, built.mass, built.length, wanted, out)])))
+        asked = _asked(words)
+        out = _out(asked)
+        wanted = _wanted(asked)
+        rotor = _read(asked)
+        built = _built(rotor, wanted, out)
+        shown, tables = with_tables_beside(rotor, out.stem)
+        files = {out.with_name(name): text for name, text in tables.items()} | {out: rotor_yaml(shown, wanted)}
+        for each in files:
+            if each.exists():
+                raise SettingError(f"expected no {each} yet, found one; choose another --out, or remove it")
+        if (size := len(files[out].encode())) > LARGEST:
+            raise SettingError(f"expected a rotor file of at most {LARGEST} bytes, got {size}; leave out what is small")
+    except SettingError as error:
+        raise SettingError(f"import rotor: {error}") from error
+    out.parent.mkdir(parents=True, exist_ok=True)
+    for path, text in files.items():
+        replace_file(path, text.encode())
+    lines = [
+        f"written: {', '.join(str(path) for path in reversed(files))}",
+        *_count(rotor, built),
+        *_told(rotor, wanted),
+    ]
+    lines.append(f"next: {shlex.join(['python', '-m', 'bench', 'draw', 'problem=rotor', f'problem.file={out}'])}")
+    print(visible_lines("\n".join(lines)))
     return 0
 
 
-def _count(rotor: ImportedRotor, mass: float, length: float, wanted: Wanted, out: Path) -> list[str]:
-    """What there is, to be compared with the drawing, and what comes next."""
+def _out(asked: _Asked) -> Path:
+    name = asked.once.get("out") or f"{Path(asked.model or asked.once['shaft'].partition('#')[0]).stem}.yaml"
+    if Path(name).suffix not in (".yaml", ".yml"):
+        raise SettingError(f"expected --out with the name of a YAML file, such as rotor.yaml, got {visible(name)}")
+    if Path(name).exists():
+        raise SettingError(f"expected no {name} yet, found one; choose another --out, or remove it")
+    return Path(name)
+
+
+def _read(asked: _Asked) -> ImportedRotor:
+    """The model with what the options say of it."""
+    rotor = read_ross(asked.model) if asked.model else read_sheets(_sheets(asked))
+    rotation, axes = asked.once.get("rotation", ROTATIONS[0]), asked.once.get("axes", XY)
+    if rotation not in ROTATIONS:
+        raise unknown("--rotation", rotation, ROTATIONS)
+    if axes not in AXES:
+        raise unknown("--axes", axes, AXES)
+    rotor = replace(rotor, rotation="" if rotation == ROTATIONS[0] else rotation)
+    return in_own_axes(replace(rotor, speeds=rotor.speeds or speeds_of_tables(rotor)), axes)
+
+
+def _built(rotor: ImportedRotor, wanted: Wanted, out: Path) -> Rotor:
+    """The rotor as the program reads it: nothing is written that is none."""
+    try:
+        document = Block.of_document(str(out), parse(rotor_yaml(rotor, wanted).encode(), str(out)))
+        return read_description(document, None, RotorSheets(out.parent)).problem.rotor
+    except SettingError as error:
+        said = str(error).removeprefix(f"{out}: ")
+        raise SettingError(f"{rotor.source}: in words of a rotor file, {said}") from error
+
+
+def _count(rotor: ImportedRotor, built: Rotor) -> list[str]:
+    """What there is, to be compared with the drawing."""
     n_element = sum(entry["elements"] for entry in rotor.shaft)
     n_layer = sum(len(entry.get("layers", ())) * entry["elements"] for entry in rotor.shaft)
-    supports = sum("support" in entry for entry in rotor.bearings)
-    counts = (
-        (n_element, "element"), (n_layer, "layer"), (len(rotor.disks), "disk"), (len(rotor.masses), "lumped mass"),
-        (len(rotor.bearings), "bearing"), (len(rotor.seals), "seal"), (supports, "support"),
-    )  # fmt: skip
-    parts = ", ".join(f"{count} {_plural(name, count)}" for count, name in counts if count)
-    lines = [f"  {parts}; {mass:.4g} kg, {length:.5g} m. Compare with the drawing."]
-    lines += [f"  {visible(remark)}" for remark in rotor.remarks]
-    lines += [f"  left out: {visible(each)}" for each in rotor.left_out]
+    shaft = _counted(n_element, "element") + (f", {_counted(n_layer, 'layer')}" if n_layer else "")
+    of_shaft = sum(segment.mass for segment in built.segments)
+    supported = sum("support" in entry for entry in rotor.bearings)
+    tabled = sum("table" in entry for entry in rotor.bearings)
+    more = [f"{count} {what}" for count, what in ((tabled, "over speed"), (supported, "on supports")) if count]
+    of_disks, of_masses = (sum(each.mass for each in parts) for parts in (built.disks, built.masses))
+    lines = [
+        "count, to compare with the drawing:",
+        f"  shaft: {shaft}; {built.length:.5g} m; {of_shaft:.4g} kg",
+        *_row("disks", rotor.disks, f"{of_disks:.4g} kg"),
+        *_row("lumped masses", rotor.masses, f"{of_masses:.4g} kg"),
+        *_row("couplings", rotor.couplings),
+        *_row("bearings", rotor.bearings, ", ".join(more)),
+        *_row("seals", rotor.seals),
+    ]
+    return [*lines, f"  in all: {built.mass:.4g} kg"]
+
+
+def _row(name: str, entries: Sequence[dict[str, object]], more: str = "") -> list[str]:
+    """`bearings: 2 at 0.08, 0.72 m; 1 over speed`."""
+    if not entries:
+        return []
+    places = [f"{entry['position']:.4g}" for entry in entries]
+    shown = ", ".join(places[:MOST_PLACES]) + (", …" if len(places) > MOST_PLACES else "")
+    return [f"  {name}: {len(entries)} at {shown} m" + (f"; {more}" if more else "")]
+
+
+def _counted(count: int, name: str) -> str:
+    return f"{count} {name}" if count == 1 else f"{count} {name}s"
+
+
+def _told(rotor: ImportedRotor, wanted: Wanted) -> list[str]:
+    """What was approximated, left out, and is still open."""
+    lines = [f"note: {visible(remark)}" for remark in rotor.remarks]
+    lines += [f"left out: {visible(each)}" for each in rotor.left_out]
+    if wanted.speeds is None and rotor.speeds is None:
+        lines.append("assumed: speeds; give --speeds FROM:TO:NUMBER (rpm). A measurement brings its own.")
     if not wanted.unbalance:
         lines.append(
-            "  To compare it with data, uncomment unbalance and unknowns in it, or give --unbalance POSITION (m)."
+            "open: unbalance and unknowns; give --unbalance POSITION (m), or uncomment them at the end of the file."
         )
-    return [*lines, f"next: python -m bench draw problem=rotor problem.file={out}"]
-
-
-def _plural(name: str, count: int) -> str:
-    return name if count == 1 else f"{name}es" if name.endswith("s") else f"{name}s"
+    if not wanted.probes:
+        lines.append("open: probes, for synthetic data; give --probe 1X@POSITION. A measurement brings its own.")
+    return lines
 
 
 def _asked(words: Sequence[str]) -> _Asked:
@@ -85,15 +164,17 @@ def _asked(words: Sequence[str]) -> _Asked:
     for word in remaining:
         if not word.startswith("--"):
             if asked.model:
-                raise SettingError(f"import rotor: expected one model, got {asked.model} and {word}")
+                raise SettingError(f"expected one model, got {asked.model} and {word}")
             asked.model = word
             continue
         name, separator, value = word[2:].partition("=")
         if name not in (*SEVERAL, *ONCE):
-            raise unknown("option of import rotor:", f"--{name}", [f"--{each}" for each in (*ONCE, *SEVERAL)])
+            raise unknown("option", f"--{name}", [f"--{each}" for each in (*ONCE, *SEVERAL)])
         value = value if separator else next(remaining, "")
         if not value:
-            raise SettingError(f"import rotor: expected a value after --{name}, got nothing")
+            raise SettingError(f"expected a value after --{name}, got nothing")
+        if name in asked.once:
+            raise SettingError(f"expected --{name} once, got it again; leave one out")
         if name in SEVERAL:
             asked.several[name].append(value)
         else:
@@ -101,9 +182,9 @@ def _asked(words: Sequence[str]) -> _Asked:
     tables: list[str] = [name for name in ("shaft", "disks", "materials") if name in asked.once]
     tables += [name for name in ("bearing", "seal") if asked.several[name]]
     if asked.model and tables:
-        raise SettingError(f"import rotor: expected a model or tables, got {asked.model} and --{tables[0]}")
+        raise SettingError(f"expected a model or tables, got {asked.model} and --{tables[0]}")
     if not asked.model and "shaft" not in asked.once:
-        raise SettingError("import rotor: expected a file of ROSS (.toml, .json), or --shaft TABLE, got neither")
+        raise SettingError("expected a file of ROSS (.toml, .json), or --shaft TABLE, got neither")
     return asked
 
 
@@ -117,7 +198,7 @@ def _at(word: str, option: str) -> tuple[str, float]:
     """`left.csv@0.08`: what comes before, and a position, m."""
     first, separator, place = word.rpartition("@")
     if not separator or not first:
-        raise SettingError(f"import rotor: --{option}: expected such as left.csv@0.08 (m), got {word}")
+        raise SettingError(f"--{option}: expected such as left.csv@0.08 (m), got {word}")
     return first, _number(place, option)
 
 
@@ -125,27 +206,32 @@ def _number(text: str, option: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise SettingError(f"import rotor: --{option}: expected a number, got {visible(text)}") from None
+        raise SettingError(f"--{option}: expected a number, got {visible(text)}") from None
 
 
 def _wanted(asked: _Asked) -> Wanted:
-    probes = []
-    for word in asked.several["probe"]:
-        direction, _, place = word.partition("@")
-        require_direction(direction, "import rotor: --probe")
-        probes.append((_number(place, "probe"), direction))
     unbalance = [_number(each, "unbalance") for each in asked.several["unbalance"]]
-    return Wanted(unbalance, probes, _speeds(asked.once["speeds"]) if "speeds" in asked.once else None)
+    speeds = _speeds(asked.once["speeds"]) if "speeds" in asked.once else None
+    return Wanted(unbalance, [_probe(word) for word in asked.several["probe"]], speeds)
+
+
+def _probe(word: str) -> tuple[float, str]:
+    """`x@0.16`, `45@0.16`, `1X@0.16`, or `left@0.16@45` as in the import of measurements: position m and direction."""
+    first, *others = word.split("@")
+    if not 1 <= len(others) <= 2:
+        raise SettingError(f"--probe: expected such as 1X@0.16 (m) or left@0.16@45 (degrees from x), got {word}")
+    named = NAMED.fullmatch(first)
+    direction = others[1] if len(others) == 2 else named[1].lower() if named else first
+    require_direction(direction, "--probe")
+    return _number(others[0], "probe"), direction
 
 
 def _speeds(text: str) -> tuple[float, float, int]:
     """`500:6000:200`: from and to in rpm, and their number."""
     parts = text.split(":")
-    if len(parts) != 3 or not parts[2].isdigit():
-        raise SettingError(
-            f"import rotor: --speeds: expected FROM:TO:NUMBER in rpm, such as 500:6000:200, got {visible(text)}"
-        )
+    if len(parts) != 3 or not (parts[2].isascii() and parts[2].isdigit()):
+        raise SettingError(f"--speeds: expected FROM:TO:NUMBER in rpm, such as 500:6000:200, got {visible(text)}")
     low, high = (_number(each, "speeds") for each in parts[:2])
-    if not 0 < low < high < 1e7 / RPM:
-        raise SettingError(f"import rotor: --speeds: expected rpm that rise from above 0, got {visible(text)}")
-    return low, high, int(parts[2])
+    if not 0 < low < high < 1e6 / RPM:
+        raise SettingError(f"--speeds: expected rpm that rise from above 0, got {visible(text)}")
+    return low, high, int(parts[2][:9])  # the rotor file says how many may be

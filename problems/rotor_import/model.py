@@ -7,10 +7,21 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, described
+from ksmea.units import RPM
 
 DIGITS = 12  # of positions in m: rounding of summed lengths
+SLOWEST, FASTEST = 100 * RPM, 30_000 * RPM  # tables over frequency may reach further
 Entry = dict[str, Any]  # a mapping of the rotor file
+OF_A_LAYER = (
+    "outer_diameter",
+    "inner_diameter",
+    "outer_diameter_right",
+    "inner_diameter_right",
+    "material",
+    "carries",
+)
+OF_THE_WHOLE = ("theory", "rotary_inertia", "gyroscopic", "standing_damping", "stiffness_outer_diameter")
 
 
 @dataclass
@@ -24,9 +35,16 @@ class ImportedRotor:
     masses: list[Entry] = field(default_factory=list)
     bearings: list[Entry] = field(default_factory=list)
     seals: list[Entry] = field(default_factory=list)
+    couplings: list[Entry] = field(default_factory=list)
     speeds: tuple[float, float] | None = None  # rad/s, of the model's own range
+    rotation: str = ""  # as the rotor file says it; none: x to y
     remarks: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
+
+    def remark(self, text: str) -> None:
+        """Say something once."""
+        if text not in self.remarks:
+            self.remarks.append(text)
 
     def material(self, name: str, young_modulus: float, density: float, poisson_ratio: float) -> str:
         """The name under which a material stands in the file; another one of the same name gets a number."""
@@ -38,6 +56,23 @@ class ImportedRotor:
             name = f"{base}_{number}"
         self.materials[name] = own
         return name
+
+
+def tables_of(rotor: ImportedRotor) -> list[Mapping[str, list[float]]]:
+    """All tables over speed or frequency that stand in it."""
+    parts = [*rotor.bearings, *rotor.seals]
+    found = (part.get("table") for part in (*parts, *(each["support"] for each in parts if "support" in each)))
+    return [table for table in found if isinstance(table, dict)]
+
+
+def speeds_of_tables(rotor: ImportedRotor) -> tuple[float, float] | None:
+    """The range (rad/s) that all tables have, of speeds that machines turn at; None if there is no table or no such range."""
+    ranges = [next(iter(table.values())) for table in tables_of(rotor)]
+    if not ranges:
+        return None
+    low, high = max(min(each) for each in ranges), min(max(each) for each in ranges)
+    low, high = max(low, SLOWEST), min(high, FASTEST)
+    return (low, high) if low < high else None
 
 
 @dataclass(frozen=True)
@@ -71,26 +106,43 @@ def with_shaft(rotor: ImportedRotor, elements: Sequence[ShaftElement]) -> dict[i
                 f"{rotor.source}: expected layers of one length at node {node}, got {min(lengths):g} and {max(lengths):g} m;"
                 " split the longer one"
             )
-        rotor.shaft.append(_layered(layers))
+        rotor.shaft.append(_layered(rotor, layers))
         place = round(place + layers[0].length, DIGITS)
         positions[node + 1] = place
     _merge_equal(rotor)
     return positions
 
 
-def _layered(layers: Sequence[ShaftElement]) -> Entry:
+def _layered(rotor: ImportedRotor, elements: Sequence[ShaftElement]) -> Entry:
     """The innermost element, with the others as its layers."""
-    if len(layers) == 1:
-        return {"length": layers[0].length, **layers[0].entry, "elements": 1}
-    if any("coupling" in layer.entry for layer in layers):
-        raise SettingError("shaft: expected a coupling by itself, got a layer beside it")
+    if len(elements) == 1:
+        return {"length": elements[0].length, **elements[0].entry, "elements": 1}
+    node = elements[0].node
+    if any("coupling" in each.entry for each in elements):
+        raise SettingError(f"{rotor.source}: expected a coupling by itself at node {node}, got a layer beside it")
     own, *others = sorted(
-        layers, key=lambda each: (each.entry.get("inner_diameter", 0.0), each.entry["outer_diameter"])
+        (each.entry for each in elements),
+        key=lambda entry: (entry.get("inner_diameter", 0.0), entry["outer_diameter"]),
     )
-    keys = ("outer_diameter", "inner_diameter", "outer_diameter_right", "inner_diameter_right", "material")
-    hollow: list[Entry] = [{"inner_diameter": 0.0, **each.entry} for each in others]
-    further = [{key: each[key] for key in keys if key in each} for each in hollow]
-    return {"length": own.length, **own.entry, "layers": further, "elements": 1}
+    for key in OF_THE_WHOLE:
+        for other in others:
+            if other.get(key) != own.get(key):
+                raise SettingError(
+                    f"{rotor.source}: expected {key} to be alike in all layers at node {node}, got {_told(own, key)} and"
+                    f" {_told(other, key)}; make them alike"
+                )
+    if any(entry.get("shear_coefficient") != own.get("shear_coefficient") for entry in others):
+        rotor.remark(f"layers at node {node} have Cowper's shear coefficient")
+    whole = {"length": elements[0].length, **own}
+    if force := sum(entry.get("axial_force", 0.0) for entry in (own, *others)):
+        whole["axial_force"] = force
+    hollow: list[Entry] = [{"inner_diameter": 0.0, **entry} for entry in others]
+    further = [{key: entry[key] for key in OF_A_LAYER if key in entry} for entry in hollow]
+    return {**whole, "layers": further, "elements": 1}
+
+
+def _told(entry: Entry, key: str) -> str:
+    return described(entry[key]) if key in entry else "none given"
 
 
 def _merge_equal(rotor: ImportedRotor) -> None:

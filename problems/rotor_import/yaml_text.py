@@ -10,7 +10,7 @@ import numpy as np
 
 from ksmea.errors import visible
 from ksmea.units import RPM
-from problems.rotor_import.model import Entry, ImportedRotor
+from problems.rotor_import.model import Entry, ImportedRotor, tables_of
 
 UNITS = (
     "{length: m, modulus: Pa, density: kg/m3, mass: kg, inertia: kg m2, stiffness: N/m, damping: N s/m, force: N,\n"
@@ -19,7 +19,7 @@ UNITS = (
 WIDTH = 120
 FACTOR = (0.2, 5.0)  # limits of a factor on a table, or of a coefficient over that of the model
 G40 = 0.040  # m/s, ISO 21940-11: e Ω of coarse balance; limits of an unbalance are ten times that at the highest speed
-SPEEDS = (100.0, 10_000.0)  # rpm, where the model has no range of its own
+SPEEDS, N_SPEED = (100.0, 10_000.0), 100  # rpm, where the model has no range of its own
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,9 @@ def _lines(rotor: ImportedRotor, wanted: Wanted) -> Iterator[str]:
     yield f"units: {UNITS.replace('{speed}', 'rpm' if _has_no_table(rotor) else 'rad/s')}"
     yield "materials:"
     yield from (f"  {_text(name)}: {_flow(values)}" for name, values in rotor.materials.items())
-    for key in ("shaft", "disks", "masses", "bearings", "seals"):
+    if rotor.rotation:
+        yield f"rotation: {rotor.rotation}"
+    for key in ("shaft", "disks", "masses", "bearings", "seals", "couplings"):
         entries = getattr(rotor, key)
         if entries or key == "bearings":
             yield f"{key}:" if entries else f"{key}: []"
@@ -56,16 +58,15 @@ def _lines(rotor: ImportedRotor, wanted: Wanted) -> Iterator[str]:
 
 
 def _has_no_table(rotor: ImportedRotor) -> bool:
-    """Tables are in rad/s, and a file has one unit of speed."""
-    parts = [*rotor.bearings, *rotor.seals]
-    return not any("table" in part or "table" in part.get("support", {}) for part in parts)
+    """Tables in the file are in rad/s, and a file has one unit of speed."""
+    return not tables_of(rotor)
 
 
 def _speeds(rotor: ImportedRotor, wanted: Wanted) -> tuple[float, float, int]:
     if wanted.speeds is not None:
         return wanted.speeds
     low, high = SPEEDS if rotor.speeds is None else (rotor.speeds[0] / RPM, rotor.speeds[1] / RPM)
-    return low, high, 100
+    return low, high, N_SPEED
 
 
 def _with_unknowns_left_out(entry: Entry, key: str, wanted: Wanted) -> Entry:
@@ -96,6 +97,8 @@ def _asked(rotor: ImportedRotor, wanted: Wanted, highest: float) -> Iterator[str
     probes = wanted.probes or [(each["position"], axis) for each in rotor.bearings[:2] for axis in "xy"]
     yield f"{mark_of_probes}probes:"
     yield from (f"{mark_of_probes}  - {{position: {_number(place)}, direction: {axis}}}" for place, axis in probes)
+    if not wanted.unbalance and any("table" not in entry for entry in rotor.bearings):
+        yield "# An unknown takes the place of the number in the bearing: remove that, or give --unbalance to the import."
     yield f"{mark}unknowns:"
     yield from (f"{mark}  - {_flow(each)}" for each in _unknowns(rotor, planes, highest))
 
