@@ -2,7 +2,8 @@
 a rotor file.
 
 MODEL is a file of ROSS (TOML or JSON), or is left out for tables in CSV or Excel: `--shaft shaft.csv --disks disks.csv --bearing left.csv@0.08`,
-also `--seal` and `--materials`; a sheet of a book is book.xlsx#sheet. Positions are in m, speeds in rpm. The shaft turns from x to y unless
+also `--seal` and `--materials`; a sheet of a book is book.xlsx#sheet, and sheets of XLTRC2 are understood. Positions are in m (or @3.15in,
+@station3), speeds in rpm. The shaft turns from x to y unless
 `--rotation "y to x"` says otherwise. `--axes load` turns coefficients that were given with x along the load (down). What a model never
 has (unbalance, probes, unknowns) is written as lines to be uncommented, or as asked for.
 """
@@ -20,14 +21,14 @@ from ksmea.errors import SettingError, unknown, visible, visible_lines
 from ksmea.measurement.channel import require_direction
 from ksmea.settings.document import Block
 from ksmea.settings.strict_yaml import LARGEST, parse
-from ksmea.units import RPM
+from ksmea.units import RPM, SI_PER_UNIT
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor_document.description import ROTATIONS, read_description
 from problems.rotor_document.tables import RotorSheets
 from problems.rotor_import.axes import AXES, XY, in_own_axes
 from problems.rotor_import.model import ImportedRotor, speeds_of_tables
 from problems.rotor_import.ross import read_ross
-from problems.rotor_import.tables import Sheets, read_sheets
+from problems.rotor_import.tables import Place, Sheets, Station, read_sheets
 from problems.rotor_import.tables_beside import with_tables_beside
 from problems.rotor_import.yaml_text import Wanted, rotor_yaml
 
@@ -35,6 +36,8 @@ ROTOR = "rotor"
 SEVERAL = ("probe", "unbalance", "bearing", "seal")
 ONCE = ("shaft", "disks", "materials", "speeds", "rotation", "axes", "out")
 MOST_PLACES = 8  # that the count lists of a kind
+LENGTHS = SI_PER_UNIT["length"]
+AT = re.compile(rf"station ?(?P<station>[0-9]{{1,6}})|(?P<number>[-+0-9.eE]+?) ?(?P<unit>{'|'.join(LENGTHS)})?")
 NAMED = re.compile(r"\w*?([xXyY])")  # the name of a probe that says its direction, 1X
 
 
@@ -194,12 +197,15 @@ def _sheets(asked: _Asked) -> Sheets:
     return Sheets(once["shaft"], once.get("disks", ""), once.get("materials", ""), bearings, seals)
 
 
-def _at(word: str, option: str) -> tuple[str, float]:
-    """`left.csv@0.08`: what comes before, and a position, m."""
-    first, separator, place = word.rpartition("@")
-    if not separator or not first:
-        raise SettingError(f"--{option}: expected such as left.csv@0.08 (m), got {word}")
-    return first, _number(place, option)
+def _at(word: str, option: str) -> tuple[str, Place]:
+    """`left.csv@0.08`, `left.csv@3.15in` or `left.csv@station3`: what comes before, and a position (m) or the number of a station."""
+    file, separator, text = word.rpartition("@")
+    place = AT.fullmatch(text)
+    if not separator or not file or place is None:
+        raise SettingError(f"--{option}: expected such as left.csv@0.08 (m), @3.15in or @station3, got {visible(word)}")
+    if place["station"]:
+        return file, Station(int(place["station"]))
+    return file, _number(place["number"], option) * LENGTHS[place["unit"] or "m"]
 
 
 def _number(text: str, option: str) -> float:

@@ -1,7 +1,7 @@
 """A rotor from tables: shaft elements with layers, disks, and a table over speed of each bearing or seal, in CSV or Excel.
 
-Columns are read by their names, units from the headings or from a row below them. The names of an XLTRC2 sheet are understood as well
-(`od_left`, `id_left`, `matnum`, …), with its stations counted from 1.
+Columns are read by their names, units from the headings or from a row below them. Sheets of XLTRC2 are made into such tables before. Elements and
+stations are counted from 1, the first one at 0 m.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ksmea.errors import SettingError, shortened
+from ksmea.errors import SettingError, shortened, unknown
 from problems.rotor_document.bearings import DIRECT
 from problems.rotor_document.tables import QUANTITY_OF, RotorSheets, columns_of, sheet_rows
-from problems.rotor_import.model import Entry, ImportedRotor, ShaftElement, with_shaft
+from problems.rotor_import.model import DIGITS, Entry, ImportedRotor, ShaftElement, with_shaft
+from problems.rotor_import.xltrc2 import BEARING, is_xltrc2, plain
 
 SHAFT = {
     "element": "number",
@@ -33,24 +34,7 @@ SHAFT = {
     "axial_force": "force",
     "material": "text",
     "shear": "number",
-}
-ALIASES = {  # of XLTRC2's sheets, as they are exported
-    "elemnum": "element",
-    "elem": "element",
-    "elemlayer": "layer",
-    "od_left": "outer_diameter_left",
-    "od_right": "outer_diameter_right",
-    "id_left": "inner_diameter_left",
-    "id_right": "inner_diameter_right",
-    "matnum": "material",
-    "matno": "material",
-    "rhoa": "density",
-    "ea": "young_modulus",
-    "ga": "shear_modulus",
-    "axial": "axial_force",
-    "ip": "polar_inertia",
-    "it": "diametral_inertia",
-    "station": "element",
+    "carries": "text",
 }
 MATERIALS = {
     "material": "text",
@@ -59,55 +43,110 @@ MATERIALS = {
     "density": "density",
     "poisson_ratio": "number",
 }
-DISKS = {"position": "length", "mass": "mass", "polar_inertia": "inertia", "diametral_inertia": "inertia"}
-STEEL = 0.3  # Poisson's ratio where a table has neither that nor a shear modulus
+DISKS = {
+    "position": "length",
+    "station": "number",
+    "mass": "mass",
+    "polar_inertia": "inertia",
+    "diametral_inertia": "inertia",
+}
+INERTIAS = ("polar_inertia", "diametral_inertia")
+SAME_PLACE = 1e-4  # of the shaft's length: a place that is given in printed digits is the node that it means
 
 Columns = Mapping[str, Sequence[float]]
 Texts = Mapping[str, Sequence[str]]
 
 
 @dataclass(frozen=True)
+class Station:
+    """The left end of an element, by its number from 1, or the right end of the last one."""
+
+    number: int
+
+
+Place = float | Station  # m, or the station that lies there
+
+
+@dataclass(frozen=True)
 class Sheets:
-    """The tables of a rotor, `file.csv` or `book.xlsx#sheet` each; of bearings and seals with their positions, m."""
+    """The tables of a rotor, `file.csv` or `book.xlsx#sheet` each; of bearings and seals with their places."""
 
     shaft: str
     disks: str = ""
     materials: str = ""
-    bearings: Sequence[tuple[str, float]] = ()
-    seals: Sequence[tuple[str, float]] = ()
+    bearings: Sequence[tuple[str, Place]] = ()
+    seals: Sequence[tuple[str, Place]] = ()
 
 
 def read_sheets(sheets: Sheets) -> ImportedRotor:
     """The rotor that tables describe; `SettingError` where one is no such table."""
     rotor = ImportedRotor(Path(sheets.shaft.partition("#")[0]).name)
-    materials = _read(sheets.materials, MATERIALS) if sheets.materials else None
-    columns, texts = _read(sheets.shaft, SHAFT)
-    with_shaft(rotor, _elements(rotor, sheets, columns, texts, materials))
+    columns, texts = _read(rotor, sheets.shaft, SHAFT, "od_left")
+    materials = _materials(rotor, sheets)
+    nodes = with_shaft(rotor, _elements(rotor, sheets, columns, texts, materials))
     if sheets.disks:
-        disks, _ = _read(sheets.disks, DISKS)
-        _require(disks, ("position", "mass"), sheets.disks)
-        for index in range(len(disks["position"])):
-            entry = {name: values[index] for name, values in disks.items()}
-            has_inertia = entry.get("polar_inertia") or entry.get("diametral_inertia")
-            own = entry if has_inertia else {key: entry[key] for key in ("position", "mass")}
-            (rotor.disks if has_inertia else rotor.masses).append(own)
+        _disks(rotor, sheets.disks, nodes)
     for parts, kept in ((sheets.bearings, rotor.bearings), (sheets.seals, rotor.seals)):
-        kept.extend(_bearing(word, position) for word, position in parts)
+        kept.extend(_bearing(rotor, word, _place(place, nodes, word)) for word, place in parts)
     return rotor
 
 
-def _read(word: str, quantities: Mapping[str, str]) -> tuple[Columns, Texts]:
-    """Columns in SI, and those of texts."""
+def _read(rotor: ImportedRotor, word: str, quantities: Mapping[str, str], key: str) -> tuple[Columns, Texts]:
+    """Columns in SI, and those of texts; `key` is the column by which a sheet of XLTRC2 of this kind is known."""
     path = word.partition("#")[0]
-    rows = [list(row) for row in sheet_rows(word, RotorSheets(Path()))]
-    for row in rows[:1]:
-        row[:] = [_renamed(cell) for cell in row]
+    rows = sheet_rows(word, RotorSheets(Path()))
+    if is_xltrc2(rows, key):
+        table = plain(rows, key, quantities, path)
+        rows = table.rows
+        if table.others and key == BEARING:
+            raise unknown("column", shortened(table.others[0]), quantities).within(path)
+        if table.others:
+            rotor.left_out.append(f"columns {shortened(', '.join(table.others), 100)} of {path}")
     return columns_of(rows, path, quantities)
 
 
-def _renamed(cell: str) -> str:
-    name = cell.strip().lower().replace(" ", "_")
-    return ALIASES.get(name, cell)
+def _materials(rotor: ImportedRotor, sheets: Sheets) -> tuple[Columns, Texts] | None:
+    """A table of materials: a file of its own, or in the sheet of the shaft, as XLTRC2 has it."""
+    if sheets.materials:
+        return _read(rotor, sheets.materials, MATERIALS, "matno")
+    rows = sheet_rows(sheets.shaft, RotorSheets(Path()))
+    return _read(rotor, sheets.shaft, MATERIALS, "matno") if is_xltrc2(rows, "matno") else None
+
+
+def _disks(rotor: ImportedRotor, word: str, nodes: Mapping[int, float]) -> None:
+    columns, _ = _read(rotor, word, DISKS, "it")
+    _require(columns, ("mass",), word)
+    if ("position" in columns) == ("station" in columns):
+        raise SettingError(f"{word}: expected a column position or a column station, got {', '.join(columns)}")
+    for index, mass in enumerate(columns["mass"]):
+        place: Place = (
+            columns["position"][index]
+            if "position" in columns
+            else Station(_count(columns["station"][index], "station", word))
+        )
+        entry = {"position": _place(place, nodes, word), "mass": mass}
+        inertias = {key: columns[key][index] for key in INERTIAS if key in columns}
+        if mass and any(inertias.values()):
+            rotor.disks.append({**entry, **dict.fromkeys(INERTIAS, 0.0), **inertias})
+        elif mass or any(inertias.values()):  # sheets by station have rows of zeros
+            rotor.masses.append({**entry, **{key: value for key, value in inertias.items() if value}})
+
+
+def _place(place: Place, nodes: Mapping[int, float], word: str) -> float:
+    """A position, m, of the station or near it."""
+    if isinstance(place, Station):
+        if place.number - 1 not in nodes:
+            raise SettingError(f"{word}: expected a station from 1 to {max(nodes) + 1}, got {place.number}")
+        return nodes[place.number - 1]
+    near = min(nodes.values(), key=lambda each: abs(each - place))
+    return near if abs(near - place) <= SAME_PLACE * max(nodes.values()) else place
+
+
+def _count(value: float, what: str, word: str) -> int:
+    """A number that counts from 1."""
+    if not (value >= 1 and value == int(value)):
+        raise SettingError(f"{word}: {what}: expected a whole number from 1 on, got {value:g}")
+    return int(value)
 
 
 def _require(columns: Columns | Texts, names: Sequence[str], word: str) -> None:
@@ -123,6 +162,8 @@ def _elements(
     outer = next((name for name in ("outer_diameter_left", "outer_diameter") if name in columns), None)
     if outer is None:
         raise SettingError(f"{sheets.shaft}: expected a column outer_diameter or outer_diameter_left, got none")
+    if "layer" in columns and "element" not in columns:
+        raise SettingError(f"{sheets.shaft}: expected a column element beside layer, got none")
     inner = next((name for name in ("inner_diameter_left", "inner_diameter") if name in columns), None)
     found = []
     for index in range(len(columns["length"])):
@@ -143,7 +184,9 @@ def _elements(
             entry["theory"] = "euler_bernoulli"
         if "axial_force" in columns and columns["axial_force"][index]:
             entry["axial_force"] = columns["axial_force"][index]
-        number = int(columns["element"][index]) if "element" in columns else index + 1
+        if (carried := texts["carries"][index] if "carries" in texts else "") not in ("", "both"):
+            entry["carries"] = carried
+        number = _count(columns["element"][index], "element", sheets.shaft) if "element" in columns else index + 1
         found.append(ShaftElement(number - 1, columns["length"][index], entry))
     return found
 
@@ -160,35 +203,37 @@ def _material(
     if "young_modulus" in columns:
         _require(columns, ("density",), sheets.shaft)
         name = texts["material"][index] if "material" in texts else "material"
-        return rotor.material(name, *_elastic(columns, index))
+        return rotor.material(name, *_elastic(columns, index, sheets.shaft))
     if "material" not in texts or materials is None:
         raise SettingError(
             f"{sheets.shaft}: expected columns young_modulus, density and poisson_ratio, or a column material and a table of"
             " materials, got neither; give --materials FILE"
         )
     name, (numbers, names) = texts["material"][index], materials
-    _require(numbers, ("young_modulus", "density"), sheets.materials)
+    _require(numbers, ("young_modulus", "density"), sheets.materials or sheets.shaft)
     known = list(names.get("material", ()))
     if name not in known:
         raise SettingError(
-            f"{sheets.materials}: expected a material '{shortened(name)}', got {', '.join(known) or 'none'}"
+            f"{sheets.materials or sheets.shaft}: expected a material '{shortened(name)}', got {', '.join(known) or 'none'}"
         )
-    return rotor.material(name, *_elastic(numbers, known.index(name)))
+    return rotor.material(name, *_elastic(numbers, known.index(name), sheets.materials or sheets.shaft))
 
 
-def _elastic(columns: Columns, index: int) -> tuple[float, float, float]:
+def _elastic(columns: Columns, index: int, word: str) -> tuple[float, float, float]:
     """Young's modulus Pa, density kg/m³ and Poisson's ratio."""
     modulus, density = columns["young_modulus"][index], columns["density"][index]
     if "poisson_ratio" in columns:
         return modulus, density, columns["poisson_ratio"][index]
-    if "shear_modulus" in columns:
-        return modulus, density, modulus / (2 * columns["shear_modulus"][index]) - 1
-    return modulus, density, STEEL
+    _require(columns, ("shear_modulus",), word)
+    shear = columns["shear_modulus"][index]
+    if not shear > 0:
+        raise SettingError(f"{word}: shear_modulus: expected a number above 0, got {shear:g}")
+    return modulus, density, round(modulus / (2 * shear) - 1, DIGITS)
 
 
-def _bearing(word: str, position: float) -> Entry:
+def _bearing(rotor: ImportedRotor, word: str, position: float) -> Entry:
     """Coefficients over speed; a table of one row is a bearing with constant ones."""
-    columns, _ = _read(word, QUANTITY_OF)
+    columns, _ = _read(rotor, word, QUANTITY_OF, BEARING)
     _require(columns, ("speed",), word)
     own = {name: values for name, values in columns.items() if name in ("speed", *DIRECT) or any(values)}
     if len(own["speed"]) == 1:
