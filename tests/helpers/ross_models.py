@@ -58,3 +58,23 @@ def saved(folder, found, name="model.json"):
     """Its path, as JSON."""
     (folder / name).write_text(json.dumps(found), encoding="utf-8")
     return str(folder / name)
+
+
+def as_toml(found):
+    """The text of a model, as ROSS writes it; None is absent there."""
+    lines = []
+    for name, values in found.items():
+        if not isinstance(values, dict):
+            lines.append(f"{name} = {json.dumps(values)}")
+            continue
+        plain = {key: value for key, value in values.items() if value is not None}
+        lines += [
+            f'\n["{name}"]',
+            *(f"{key} = {json.dumps(value)}" for key, value in plain.items() if key != "material"),
+        ]
+        if "material" in plain:
+            lines += [
+                f'\n["{name}".material]',
+                *(f"{key} = {json.dumps(value)}" for key, value in plain["material"].items()),
+            ]
+    return "\n".join(lines) + "\n"
