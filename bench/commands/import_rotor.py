@@ -38,7 +38,7 @@ ONCE = ("shaft", "disks", "materials", "speeds", "rotation", "axes", "out")
 MOST_PLACES = 8  # that the count lists of a kind
 LENGTHS = SI_PER_UNIT["length"]
 AT = re.compile(rf"station ?(?P<station>[0-9]{{1,6}})|(?P<number>[-+0-9.eE]+?) ?(?P<unit>{'|'.join(LENGTHS)})?")
-NAMED = re.compile(r"\w*?([xXyY])")  # the name of a probe that says its direction, 1X
+NAMED = re.compile(r"\w*?([xXyY])[dD]?")  # the name of a probe that says its direction, 1X or 1XD
 
 
 @dataclass

@@ -12,6 +12,7 @@ from ksmea.units import RPM
 
 DIGITS = 12  # of positions in m: rounding of summed lengths
 SLOWEST, FASTEST = 100 * RPM, 30_000 * RPM  # tables over frequency may reach further
+NAME = "name"  # key of an entry that no rotor file has: what the model calls it, a remark there
 Entry = dict[str, Any]  # a mapping of the rotor file
 OF_A_LAYER = (
     "outer_diameter",

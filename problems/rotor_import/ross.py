@@ -14,7 +14,7 @@ from typing import Any
 from ksmea.errors import SettingError, described, shortened
 from ksmea.settings.document import Block
 from ksmea.settings.regular_files import read_input
-from problems.rotor_import.model import Entry, ImportedRotor, with_shaft
+from problems.rotor_import.model import NAME, Entry, ImportedRotor, with_shaft
 from problems.rotor_import.ross_bearings import read_bearings
 from problems.rotor_import.ross_sections import Section, optional, tag_of, whole
 from problems.rotor_import.ross_shaft import coupling_element, shaft_element, tell_torque
@@ -99,7 +99,7 @@ def _disk(rotor: ImportedRotor, section: Section, positions: Mapping[int, float]
     node = whole(section, "n")
     if node not in positions:
         raise section.error("n", f"expected a node of the shaft, up to {max(positions)}, got {node}")
-    entry = {"position": positions[node], "mass": mass}
+    entry: Entry = {"position": positions[node], "mass": mass, NAME: tag_of(section)}
     if mass and (polar or diametral):
         rotor.disks.append({**entry, "polar_inertia": polar, "diametral_inertia": diametral})
     else:

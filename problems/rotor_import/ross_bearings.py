@@ -12,7 +12,7 @@ import numpy as np
 
 from problems.rotor_document.bearings import DIRECT
 from problems.rotor_document.tables import REQUIRED_MEASURED
-from problems.rotor_import.model import Entry, ImportedRotor
+from problems.rotor_import.model import NAME, Entry, ImportedRotor
 from problems.rotor_import.ross_sections import Section, optional, tag_of, whole
 from problems.rotor_import.ross_tables import Coefficients, coefficients
 
@@ -37,7 +37,7 @@ def read_bearings(
         node = whole(section, "n")
         if node not in positions:
             continue
-        entry = {"position": positions[node], **_entry(own)}
+        entry = {"position": positions[node], **_entry(own), NAME: tag_of(section)}
         if section.values.get("n_link") is not None:
             link = whole(section, "n_link")
             _require_own_support(section, link, positions, supports, linked)
@@ -47,6 +47,8 @@ def read_bearings(
         if is_seal and "support" in entry:
             raise section.error("n_link", "expected a seal on the ground, got one on a support; model it as a bearing")
         (rotor.seals if is_seal else rotor.bearings).append(entry)
+    for parts in (rotor.bearings, rotor.seals):  # as they lie along the shaft
+        parts.sort(key=lambda entry: float(entry["position"]))
     rotor.left_out += [f"support at node {node}: no bearing stands on it" for node in supports if node not in linked]
     _tell(rotor, found)
 
@@ -111,7 +113,7 @@ def _point_mass(
     if node in positions and along_x == along_y:
         rotor.masses.append({"position": positions[node], "mass": along_x})
     elif node in positions:
-        rotor.seals.append({"position": positions[node], "mxx": along_x, "myy": along_y})
+        rotor.seals.append({"position": positions[node], "mxx": along_x, "myy": along_y, NAME: tag_of(section)})
         rotor.remark(f"{tag_of(section)}: a mass that differs in x and y, written as a seal with mxx and myy alone")
     elif node in supports:
         for key, value in (("mxx", along_x), ("myy", along_y)):

@@ -13,7 +13,7 @@ from pathlib import Path
 from ksmea.errors import SettingError, shortened, unknown
 from problems.rotor_document.bearings import DIRECT
 from problems.rotor_document.tables import QUANTITY_OF, RotorSheets, columns_of, sheet_rows
-from problems.rotor_import.model import DIGITS, Entry, ImportedRotor, ShaftElement, with_shaft
+from problems.rotor_import.model import DIGITS, NAME, Entry, ImportedRotor, ShaftElement, with_shaft
 from problems.rotor_import.xltrc2 import BEARING, is_xltrc2, plain
 
 SHAFT = {
@@ -124,7 +124,7 @@ def _disks(rotor: ImportedRotor, word: str, nodes: Mapping[int, float]) -> None:
             if "position" in columns
             else Station(_count(columns["station"][index], "station", word))
         )
-        entry = {"position": _place(place, nodes, word), "mass": mass}
+        entry: Entry = {"position": _place(place, nodes, word), "mass": mass}
         inertias = {key: columns[key][index] for key in INERTIAS if key in columns}
         if mass and any(inertias.values()):
             rotor.disks.append({**entry, **dict.fromkeys(INERTIAS, 0.0), **inertias})
@@ -238,5 +238,10 @@ def _bearing(rotor: ImportedRotor, word: str, position: float) -> Entry:
     own = {name: values for name, values in columns.items() if name in ("speed", *DIRECT) or any(values)}
     if len(own["speed"]) == 1:
         direct = dict.fromkeys(DIRECT, 0.0)
-        return {"position": position, **direct, **{name: values[0] for name, values in own.items() if name != "speed"}}
-    return {"position": position, "table": {name: list(values) for name, values in own.items()}}
+        return {
+            "position": position,
+            **direct,
+            **{name: values[0] for name, values in own.items() if name != "speed"},
+            NAME: word,
+        }
+    return {"position": position, "table": {name: list(values) for name, values in own.items()}, NAME: word}

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from ksmea.units import RPM
 from problems.rotor_import.model import Entry, ImportedRotor
+from problems.rotor_import.yaml_text import in_unit
 
 MOST_INLINE = 12  # rows: about what a line of a screen holds
 UNIT = {
@@ -14,8 +16,8 @@ UNIT = {
     "m": "kg",
     "r": "N/m",
     "i": "N/m",
-    "s": "rad/s",
-    "f": "rad/s",
+    "s": "rpm",
+    "f": "rpm",
 }  # by a column's first letter
 
 
@@ -47,5 +49,7 @@ def _named(entry: Entry, name: str, files: dict[str, str]) -> Entry:
 
 def _csv(table: dict[str, list[float]]) -> str:
     heading = ",".join(f"{name} [{UNIT[name[0]]}]" for name in table)
-    rows = [",".join(repr(float(value)) for value in row) for row in zip(*table.values(), strict=True)]
+    speed, *others = table.values()
+    columns = [[in_unit(each, RPM) for each in speed], *others]
+    rows = [",".join(repr(float(value)) for value in row) for row in zip(*columns, strict=True)]
     return "\n".join([heading, *rows]) + "\n"

@@ -1,4 +1,4 @@
-"""The text of a rotor file, in SI, of an imported rotor: it draws at once, and says what it takes to compare it with data."""
+"""The text of a rotor file, in SI but for GPa and rpm, of an imported rotor: it draws at once, and says what it takes to compare it with data."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 
 from ksmea.errors import visible
-from ksmea.units import RPM
-from problems.rotor_import.model import Entry, ImportedRotor, tables_of
+from ksmea.units import GIGAPASCAL, RPM
+from problems.rotor_import.model import NAME, Entry, ImportedRotor
 
 UNITS = (
-    "{length: m, modulus: Pa, density: kg/m3, mass: kg, inertia: kg m2, stiffness: N/m, damping: N s/m, force: N,\n"
-    "        angular_stiffness: N m/rad, angular_damping: N m s/rad, unbalance: g mm, angle: deg, speed: {speed}}"
+    "{length: m, modulus: GPa, density: kg/m3, mass: kg, inertia: kg m2, stiffness: N/m, damping: N s/m, force: N,\n"
+    "        angular_stiffness: N m/rad, angular_damping: N m s/rad, unbalance: g mm, angle: deg, speed: rpm}"
 )
 WIDTH = 120
+DIGITS = 15  # which a float keeps
 FACTOR = (0.2, 5.0)  # limits of a factor on a table, or of a coefficient over that of the model
 G40 = 0.040  # m/s, ISO 21940-11: e Ω of coarse balance; limits of an unbalance are ten times that at the highest speed
 SPEEDS, N_SPEED = (100.0, 10_000.0), 100  # rpm, where the model has no range of its own
@@ -37,13 +38,13 @@ def rotor_yaml(rotor: ImportedRotor, wanted: Wanted) -> str:
 
 
 def _lines(rotor: ImportedRotor, wanted: Wanted) -> Iterator[str]:
-    yield f"# Imported from {visible(rotor.source)}, in SI. Keys: docs/own_rotor.md"
+    yield f"# Imported from {visible(rotor.source)}. Keys: docs/own_rotor.md"
     yield from (f"# {visible(remark)}" for remark in rotor.remarks)
     yield from (f"# left out: {visible(each)}" for each in rotor.left_out)
     low, high, number = _speeds(rotor, wanted)
-    yield f"units: {UNITS.replace('{speed}', 'rpm' if _has_no_table(rotor) else 'rad/s')}"
+    yield f"units: {UNITS}"
     yield "materials:"
-    yield from (f"  {_text(name)}: {_flow(values)}" for name, values in rotor.materials.items())
+    yield from (f"  {_text(name)}: {_flow(_in_units(values))}" for name, values in rotor.materials.items())
     if rotor.rotation:
         yield f"rotation: {rotor.rotation}"
     for key in ("shaft", "disks", "masses", "bearings", "seals", "couplings"):
@@ -51,21 +52,15 @@ def _lines(rotor: ImportedRotor, wanted: Wanted) -> Iterator[str]:
         if entries or key == "bearings":
             yield f"{key}:" if entries else f"{key}: []"
         for entry in entries:
-            yield from _entry(_with_unknowns_left_out(entry, key, wanted))
-    scale = 1.0 if _has_no_table(rotor) else RPM
-    yield f"speeds: {{from: {_number(low * scale)}, to: {_number(high * scale)}, number: {number}}}"
+            yield from _entry(_in_units(_with_unknowns_left_out(entry, key, wanted)))
+    yield f"speeds: {{from: {_number(low)}, to: {_number(high)}, number: {number}}}"
     yield from _asked(rotor, wanted, high * RPM)
-
-
-def _has_no_table(rotor: ImportedRotor) -> bool:
-    """Tables in the file are in rad/s, and a file has one unit of speed."""
-    return not tables_of(rotor)
 
 
 def _speeds(rotor: ImportedRotor, wanted: Wanted) -> tuple[float, float, int]:
     if wanted.speeds is not None:
         return wanted.speeds
-    low, high = SPEEDS if rotor.speeds is None else (rotor.speeds[0] / RPM, rotor.speeds[1] / RPM)
+    low, high = SPEEDS if rotor.speeds is None else [in_unit(each, RPM) for each in rotor.speeds]
     return low, high, N_SPEED
 
 
@@ -130,20 +125,35 @@ def _rounded(value: float) -> float:
     return float(f"{value:.2g}")
 
 
+def _in_units(entry: Entry) -> Entry:
+    """With moduli in GPa, and speeds of tables in rpm."""
+    found = dict(entry)
+    for key, value in entry.items():
+        if isinstance(value, dict):
+            found[key] = _in_units(value)
+        elif key in ("speed", "frequency"):
+            found[key] = [in_unit(each, RPM) for each in value]
+        elif key == "young_modulus":
+            found[key] = in_unit(value, GIGAPASCAL)
+    return found
+
+
 def _entry(entry: Entry) -> Iterator[str]:
-    """A mapping in one line, or key by key where it is long."""
-    line = f"  - {_flow(entry)}"
+    """A mapping in one line, or key by key where it is long, with the model's name of it as a remark."""
+    own = {key: value for key, value in entry.items() if key != NAME}
+    remark = f"  # {visible(str(entry[NAME]))}" if entry.get(NAME) else ""
+    line = f"  - {_flow(own)}"
     if len(line) <= WIDTH:
-        yield line
+        yield line + remark
         return
     start = "  - "
-    for key, value in entry.items():
+    for key, value in own.items():
         if isinstance(value, dict) and len(_flow(value)) > WIDTH:
             yield f"{start}{key}:"
             yield from (f"      {name}: {_flow(inner)}" for name, inner in value.items())
         else:
-            yield f"{start}{key}: {_flow(value)}"
-        start = "    "
+            yield f"{start}{key}: {_flow(value)}{remark}"
+        start, remark = "    ", ""
 
 
 def _flow(value: Any) -> str:
@@ -156,9 +166,15 @@ def _flow(value: Any) -> str:
     return _number(value) if isinstance(value, (int, float)) else _text(value)
 
 
+def in_unit(value: float, si: float) -> float:
+    """A number in SI in a unit of the file, without the rounding of the division."""
+    return float(f"{value / si:.{DIGITS}g}")
+
+
 def _number(value: float) -> str:
     """The shortest text that is read as the same number."""
-    return np.format_float_positional(value, trim="-") if value == 0 or 1e-4 <= abs(value) < 1e7 else repr(float(value))
+    is_plain = value == 0 or 1e-4 <= abs(value) < 1e15
+    return np.format_float_positional(value, trim="-") if is_plain else repr(float(value))
 
 
 def _text(value: str) -> str:

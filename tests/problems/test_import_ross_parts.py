@@ -56,7 +56,7 @@ def test_tables_over_speed_and_whirl_are_taken_where_both_are_alike(read):
 
 def test_magnetic_bearings_are_read_as_their_table(read):
     rotor = read(BearingElement__amb=table(3, g0=5e-4, kp_pid=1500.0, kxy=[1e-9] * 4, tag="amb"))
-    assert "kxy" not in rotor.bearings[2]["table"]  # rounding beside 1e7
+    assert "kxy" not in rotor.bearings[1]["table"]  # rounding beside 1e7
     assert any("amb: a magnetic bearing" in each for each in rotor.remarks)
 
 
@@ -66,8 +66,10 @@ def test_rolling_bearings_and_seals_are_read_as_their_coefficients(read):
         RollerBearingElement__r=bearing(2),
         SealElement__s=bearing(3, mxx=[1.5]),
     )
-    assert [each["position"] for each in rotor.bearings] == pytest.approx([0.0, 0.4, 0.1, 0.2])
-    assert rotor.seals == [{"position": 0.3, "kxx": 1e7, "kyy": 2e7, "cxx": 1e3, "cyy": 2e3, "mxx": 1.5}]
+    assert [each["position"] for each in rotor.bearings] == pytest.approx([0.0, 0.1, 0.2, 0.4])
+    assert rotor.seals == [
+        {"position": 0.3, "kxx": 1e7, "kyy": 2e7, "cxx": 1e3, "cyy": 2e3, "mxx": 1.5, "name": "Bearing 3"}
+    ]
 
 
 def test_supports_stand_beyond_the_shaft(read):
@@ -95,7 +97,7 @@ def test_a_support_as_a_table_becomes_a_dynamic_stiffness(read):
 def test_point_masses_on_the_shaft(read):
     rotor = read(PointMass__even={"n": 1, "m": 2.0}, PointMass__odd={"n": 3, "mx": 1.0, "my": 3.0})
     assert rotor.masses == [{"position": 0.1, "mass": 2.0}]
-    assert rotor.seals == [{"position": pytest.approx(0.3), "mxx": 1.0, "myy": 3.0}]
+    assert rotor.seals == [{"position": pytest.approx(0.3), "mxx": 1.0, "myy": 3.0, "name": "odd"}]
 
 
 def test_sections_may_stand_in_any_order_and_layers_add(read):
