@@ -16,7 +16,7 @@ from .measurement.noise import Noise as Noise
 from .numerics.objective import Minimum as Minimum
 from .numerics.objective import Objective as Objective
 from .plugins.effect import Effect as Effect
-from .plugins.method import Method as Method
+from .plugins.identification import Method as Method
 from .plugins.optimizer import Optimizer as Optimizer
 from .plugins.source import MeasurementSource as MeasurementSource
 from .plugins.source import ProblemSettings as ProblemSettings

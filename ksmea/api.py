@@ -21,8 +21,7 @@ from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.parallel import Workers
 from ksmea.plugins import registry
-from ksmea.plugins.identification import Streams
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Method, Streams
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.plugins.source import MeasurementSource
 from ksmea.plugins.surrogate import Surrogate

@@ -2,7 +2,7 @@
 
 from ksmea.errors import warn_moved
 from ksmea.plugins.effect import AnyEffect, Effect
-from ksmea.plugins.method import METHOD_PARTS, Method
+from ksmea.plugins.identification import METHOD_PARTS, Method
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.plugins.surrogate import Surrogate

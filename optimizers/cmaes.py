@@ -16,11 +16,10 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
+from ksmea.numerics.isolation import finite, global_generators
 from ksmea.numerics.objective import Minimum, Objective
-from ksmea.numerics.seeding import global_generators
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.settings.settings import setting
-from optimizers.isolation import finite
 
 if importlib.util.find_spec("cma") is None:
     raise SettingError("expected the package cma, which is not installed; pip install 'ksmea-bench[methods]'")

@@ -14,10 +14,10 @@ import scipy
 from scipy.optimize import Bounds, differential_evolution
 
 from ksmea.arrays import Array
+from ksmea.numerics.isolation import finite
 from ksmea.numerics.objective import Minimum, Objective
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.settings.settings import setting
-from optimizers.isolation import finite
 
 STRATEGIES = tuple(
     f"{base}{crossover}"

@@ -15,8 +15,8 @@ from deap import algorithms, base, tools
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
+from ksmea.numerics.isolation import global_generators
 from ksmea.numerics.objective import Minimum, Objective
-from ksmea.numerics.seeding import global_generators
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.settings.settings import setting
 

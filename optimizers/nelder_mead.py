@@ -13,10 +13,10 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from ksmea.arrays import Array
+from ksmea.numerics.isolation import finite
 from ksmea.numerics.objective import Minimum, Objective
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.settings.settings import setting
-from optimizers.isolation import finite
 
 
 @dataclass(frozen=True)

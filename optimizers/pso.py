@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from ksmea.numerics.isolation import finite, global_generators, logging_unconfigured
 from ksmea.numerics.objective import Minimum, Objective
-from ksmea.numerics.seeding import global_generators
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.settings.settings import setting
-from optimizers.isolation import finite, logging_unconfigured
 
 with logging_unconfigured():
     from pyswarms.single import GlobalBestPSO

@@ -20,9 +20,9 @@ from ksmea.plugins.surrogate import Predictor, Surrogate
 from ksmea.plugins.transforms import TRANSFORMS
 from ksmea.settings.settings import setting
 from surrogates.correlation import CORRELATIONS, squared_differences
+from surrogates.generalised_least_squares import DEGREES, n_terms, trend_over
 from surrogates.kriging_predictor import KrigingPredictor, OutputGroup
 from surrogates.theta_search import OBJECTIVES, ThetaObjective, isotropic_minima, search_theta
-from surrogates.trend import DEGREES, n_terms, trend_over
 
 X_AND_Y = 2  # groups of outputs where nothing else is said
 

@@ -12,10 +12,10 @@ from ksmea.plugins.surrogate import Predictor
 from surrogates.correlation import Correlation, squared_differences
 from surrogates.generalised_least_squares import (
     GeneralisedLeastSquares,
+    Trend,
     generalised_least_squares,
     solve_lower,
 )
-from surrogates.trend import Trend
 
 CHUNK = 1024  # points predicted at once: r and f of 200 samples then stay in a 2 MB cache
 

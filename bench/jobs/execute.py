@@ -14,7 +14,7 @@ from bench.jobs.lines import FailedRun
 from bench.plan.plan import generator, global_entropy
 from bench.plan.setup import Draw, Setup
 from bench.plan.study import Study
-from ksmea.numerics.seeding import global_generators
+from ksmea.numerics.isolation import global_generators
 from ksmea.plugins import registry
 
 NO_FILES: Mapping[str, Mapping[str, str]] = MappingProxyType({})

@@ -16,7 +16,7 @@ from ksmea.inference.cramer_rao import identifiability
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Method
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.problem.alignment import aligned
 from ksmea.problem.problem import Problem

@@ -17,7 +17,7 @@ from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.problem.case import Case
-from ksmea.records.elpd import ElpdDifference
+from ksmea.records.extension import ElpdDifference
 
 Indices = NDArray[np.intp]  # of speeds
 

@@ -10,8 +10,7 @@ from ksmea.errors import BudgetSpent
 from ksmea.identification.true_model import FINAL_STEP, model_objective, most_likely
 from ksmea.likelihood.misfit import FORMS, Misfit
 from ksmea.measurement.measurement import Measurement
-from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Identification, Method, Stage, Streams, at_limit
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.problem.counted import Model
 from ksmea.problem.problem import Problem

@@ -26,8 +26,7 @@ from ksmea.measurement.measurement import Measurement
 from ksmea.numerics.least_squares import polish
 from ksmea.numerics.objective import Objective
 from ksmea.numerics.screening import latin_hypercube
-from ksmea.plugins.identification import POLISH, Identification, SearchStage, Stage, Streams, Update, at_limit
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import POLISH, Identification, Method, SearchStage, Stage, Streams, Update, at_limit
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
 from ksmea.plugins.transforms import Transform, make_transform

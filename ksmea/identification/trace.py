@@ -22,13 +22,11 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import BudgetSpent
-from ksmea.likelihood.deviance import deviance, reference_variance
-from ksmea.likelihood.misfit import Misfit
+from ksmea.likelihood.misfit import Misfit, deviance, reference_variance
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.observable import Observable
 from ksmea.numerics.meter import SPENT_BEHIND, Meter
-from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Identification, Method, Stage, Streams, at_limit
 from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
 from ksmea.problem.counted import CountedProblem
 from ksmea.problem.problem import Problem
@@ -44,7 +42,7 @@ DIGITS, SECONDS_DIGITS = 10, 4  # that are kept of misfits and values, and of ti
 def comparable_misfit(measurement: Measurement) -> Callable[[ComplexArray], Array]:
     """What gives the misfit (k,) of responses (k, n_speed, n_channel), m, by which methods are compared.
 
-    It is the deviance (`ksmea.likelihood.deviance`). Where the noise's level is not known, it is taken as relative, at the level that fits the
+    It is the deviance (`ksmea.likelihood.misfit`). Where the noise's level is not known, it is taken as relative, at the level that fits the
     residuals of each response best; of data without noise it is the likelihood misfit (`ksmea.likelihood.misfit`).
     """
     noise, values, observable = measurement.noise, measurement.values, measurement.kind

@@ -2,7 +2,7 @@
 
 The deviance of the profile likelihood, D(θᵢ) = min over all other unknowns of −2 ln L, rises from its minimum to both
 sides. The interval holds all values of θᵢ at which it has risen by less than `ksmea.inference.critical_rise`, or where data are few
-`ksmea.inference.simulated_rise`. Where several maxima of the likelihood are as likely, it reaches from the lowest to the highest such
+`ksmea.inference.critical_rise`. Where several maxima of the likelihood are as likely, it reaches from the lowest to the highest such
 value around any of them.
 
 Where the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton); that

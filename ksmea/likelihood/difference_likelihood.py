@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.likelihood.deviance import log_term
 from ksmea.likelihood.fisher import Point, noise_variance_slopes
 from ksmea.likelihood.likelihood import Likelihood
+from ksmea.likelihood.misfit import log_term
 from ksmea.measurement.speeds import COMMON_SPEED, equal_speeds
 from ksmea.problem.case import Case
 from ksmea.problem.counted import Model

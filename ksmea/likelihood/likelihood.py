@@ -1,6 +1,6 @@
 """The likelihood of a measurement, its noise known or estimated along.
 
-With mean μ(u), r = μ − y and s(μ)² = (relative · |μ|)² + floor², its deviance −2 ln L is that of `ksmea.likelihood.deviance` with
+With mean μ(u), r = μ − y and s(μ)² = (relative · |μ|)² + floor², its deviance −2 ln L is that of `ksmea.likelihood.misfit` with
 s₀ = s(y) as the misfit `likelihood` has it, or |y| where the noise is unknown.
 
 The ln s² term stays: without it the estimate is biased towards large responses, and with s taken from the data towards
@@ -16,8 +16,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.likelihood.deviance import deviance, log_term, reference_variance
 from ksmea.likelihood.fisher import Point, noise_variance_slopes, whitened_difference, whitened_sensitivity
+from ksmea.likelihood.misfit import deviance, log_term, reference_variance
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import amplitude_sensitivity

@@ -26,8 +26,8 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.fits.fitting import Fit, fit_from_values, start_nearby
 from ksmea.fits.stable_fits import stable_fit
 from ksmea.inference.maximisation import maximise
-from ksmea.likelihood.deviance import log_term
 from ksmea.likelihood.fisher import Point
+from ksmea.likelihood.misfit import log_term
 from ksmea.location.law_start import LawStart, law_starts
 from ksmea.location.location import refitted
 from ksmea.location.recovered_force import own_noise

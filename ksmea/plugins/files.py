@@ -19,7 +19,7 @@ from types import MappingProxyType, ModuleType
 
 from ksmea.errors import SettingError
 from ksmea.plugins.effect import Effect
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Method
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.plugins.surrogate import Surrogate

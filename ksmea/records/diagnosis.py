@@ -15,9 +15,15 @@ import numpy as np
 
 from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.curves import FineCurve, check_shape
-from ksmea.records.elpd import ElpdDifference
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord, StabilityRecord
-from ksmea.records.extension import AveragedRecord, BandRecord, EffectRecord, ExplanationRecord, PredictiveGainRecord
+from ksmea.records.extension import (
+    AveragedRecord,
+    BandRecord,
+    EffectRecord,
+    ElpdDifference,
+    ExplanationRecord,
+    PredictiveGainRecord,
+)
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record

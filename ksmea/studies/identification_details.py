@@ -12,8 +12,7 @@ import numpy as np
 
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
 from ksmea.fits.lack_of_fit import lack_of_fit
-from ksmea.plugins.identification import Streams
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Method, Streams
 from ksmea.problem.case import Case
 from ksmea.problem.load import FORCE
 from ksmea.records.identification import DataDescription, IdentificationRecord

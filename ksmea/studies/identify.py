@@ -21,9 +21,9 @@ from ksmea.errors import BudgetSpent, SettingError
 from ksmea.fits.fitting import Fit, likely_maxima
 from ksmea.identification.trace import TracedProblem, thinned, within_budget
 from ksmea.inference.cramer_rao import Identifiability, identifiability
+from ksmea.inference.critical_rise import can_be_simulated, simulated_rise
 from ksmea.inference.intervals import Estimate, Interval, estimate
 from ksmea.inference.maximisation import nearest_maximum
-from ksmea.inference.simulated_rise import can_be_simulated, simulated_rise
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point
 from ksmea.likelihood.likelihood import Likelihood
@@ -31,8 +31,7 @@ from ksmea.likelihood.misfit import Misfit
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.meter import JACOBIAN_AS_EVALUATIONS, Meter
-from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Identification, Method, Stage, Streams, at_limit
 from ksmea.problem.case import Case
 from ksmea.problem.counted import CountedProblem
 from ksmea.problem.differences_problem import as_searched
@@ -117,7 +116,7 @@ def identified(
     case: Case, method: Method, streams: Streams, options: IdentificationOptions, rng: np.random.Generator | None
 ) -> Identified:
     """Identify the unknowns of a problem from a measurement by a method; true values have no part in it. `rng` is for the
-    simulations of intervals from few data (`ksmea.inference.simulated_rise`) and the search of the whole box.
+    simulations of intervals from few data (`ksmea.inference.critical_rise`) and the search of the whole box.
 
     Raises:
         SettingError: fewer data than unknowns.

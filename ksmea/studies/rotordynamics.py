@@ -16,7 +16,6 @@ from scipy.optimize import brentq
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.problem.problem import Problem
-from ksmea.rotordynamics.free_rotor import FreeRotor, Rotordynamic
 from ksmea.rotordynamics.layout import RotorLayout
 from ksmea.rotordynamics.margins import Peak, peaks, separation_margins
 from ksmea.rotordynamics.stability import SLOWEST
@@ -25,7 +24,9 @@ from ksmea.rotordynamics.whirl import (
     NO_PEAK,
     CriticalSpeed,
     CriticalSpeedMap,
+    FreeRotor,
     ModeShapes,
+    Rotordynamic,
     Rotordynamics,
     direction_of_whirl,
 )

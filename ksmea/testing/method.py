@@ -14,8 +14,7 @@ from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.plugins.identification import Identification, Streams, at_limit
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Identification, Method, Streams, at_limit
 from ksmea.problem.counted import CountedProblem
 from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.jeffcott import Jeffcott, JeffcottRotor

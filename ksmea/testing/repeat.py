@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.numerics.seeding import global_generators
+from ksmea.numerics.isolation import global_generators
 from ksmea.testing.exam import Case, ExamFailed, require
 
 DRAW = "draw from the generator that is handed over, and from nothing else"
@@ -51,7 +51,7 @@ def shared_generators_play_no_part(case: Drawn) -> None:
             before = _shared_state()
             found.append(case.outcome(1))
             after = _shared_state()
-        library = "a library that draws from them goes inside ksmea.numerics.seeding.global_generators(rng)"
+        library = "a library that draws from them goes inside ksmea.numerics.isolation.global_generators(rng)"
         require(before == after, "random and numpy.random left as they were", "another state", library)
     _require_same(found[0], found[1], "with other states of random and numpy.random", f"{DRAW}; {library}")
 

@@ -28,7 +28,7 @@ def test_a_run_uses_its_plugins_and_all_that_they_import():
     used = used_modules(CHOSEN)
     chosen = {
         "optimizers.de",
-        "optimizers.isolation",
+        "ksmea.numerics.isolation",
         "surrogates.kriging",
         "surrogates.theta_search",
         "ksmea.identification.ksmea",

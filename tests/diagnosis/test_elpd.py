@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.records.elpd import ElpdDifference
+from ksmea.records.extension import ElpdDifference
 
 
 def blocks(*values):

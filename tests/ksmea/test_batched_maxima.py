@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.inference.batched_maxima import LEAST_GAIN, Fits, batched_maxima
+from ksmea.inference.batched_maxima import LEAST_GAIN, BatchedLikelihood, Fits, batched_maxima
 from ksmea.inference.maximisation import maximise
-from ksmea.likelihood.batched_likelihood import BatchedLikelihood
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.campaign import Campaign, Run
 from ksmea.problem.alignment import aligned

@@ -10,7 +10,7 @@ from ksmea.errors import BudgetSpent
 from ksmea.identification.direct import Direct
 from ksmea.identification.ksmea import KSMEA
 from ksmea.numerics.meter import Meter
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Method
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.problem.counted import CountedProblem
 from optimizers.de import DE

@@ -11,7 +11,7 @@ from budgeted import record_of
 from ksmea.errors import BudgetSpent
 from ksmea.identification.direct import Direct
 from ksmea.identification.ksmea import KSMEA
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Method
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.plugins.surrogate import Predictor, Surrogate
 from optimizers.de import DE

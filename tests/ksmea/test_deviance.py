@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from ksmea.likelihood.deviance import deviance, log_term, reference_variance
 from ksmea.likelihood.likelihood import Likelihood
-from ksmea.likelihood.misfit import Misfit
+from ksmea.likelihood.misfit import Misfit, deviance, log_term, reference_variance
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ksmea.inference import simulated_rise as module
+from ksmea.inference import critical_rise as module
+from ksmea.inference.critical_rise import can_be_simulated, simulated_rise
 from ksmea.inference.maximisation import maximise
-from ksmea.inference.simulated_rise import can_be_simulated, simulated_rise
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe

@@ -20,8 +20,7 @@ from ksmea.likelihood.likelihood import Likelihood
 from ksmea.likelihood.misfit import Misfit
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
-from ksmea.plugins.identification import Identification, Stage
-from ksmea.plugins.method import Method
+from ksmea.plugins.identification import Identification, Method, Stage
 from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 from ksmea.problem.parameters import Parameter, Parameters

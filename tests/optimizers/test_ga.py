@@ -7,8 +7,8 @@ import pytest
 from deap import algorithms
 
 from ksmea.errors import SettingError
+from ksmea.numerics.isolation import global_generators
 from ksmea.numerics.objective import Objective
-from ksmea.numerics.seeding import global_generators
 from optimizers.ga import GA, Chromosome, decode
 
 LOWEST = np.array([0.31, 0.62, 0.17, 0.74, 0.45])

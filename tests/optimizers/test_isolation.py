@@ -6,8 +6,7 @@ import random
 import numpy as np
 import pytest
 
-from ksmea.numerics.seeding import global_generators
-from optimizers.isolation import LARGEST_MISFIT, finite, logging_unconfigured
+from ksmea.numerics.isolation import LARGEST_MISFIT, finite, global_generators, logging_unconfigured
 
 
 def draws(seed):

@@ -8,8 +8,8 @@ from sklearn.gaussian_process.kernels import RBF
 from ksmea.errors import SettingError
 from smooth_samples import fit, latin_hypercube, smooth
 from surrogates.correlation import CORRELATIONS, squared_differences
+from surrogates.generalised_least_squares import n_terms
 from surrogates.kriging import Kriging
-from surrogates.trend import n_terms
 
 
 def two_masses(u):

@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import qmc
 
 from surrogates.correlation import CORRELATIONS, squared_differences
+from surrogates.generalised_least_squares import trend_over
 from surrogates.theta_search import OBJECTIVES, VARIANCE_FLOOR, ThetaObjective, isotropic_minima, search_theta
-from surrogates.trend import trend_over
 
 
 def make_objective(name="likelihood", correlation="gaussian", outputs=slice(None), trend="linear", nugget=1e-6):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from surrogates.trend import n_terms, trend_over
+from surrogates.generalised_least_squares import n_terms, trend_over
 
 
 def test_quadratic_terms_in_order():

@@ -16,9 +16,8 @@ import scipy.linalg
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import DIRECTIONS, Channel
-from ksmea.rotordynamics.free_rotor import FreeRotor
 from ksmea.rotordynamics.layout import EffectMark, RotorLayout
-from ksmea.rotordynamics.whirl import Motions
+from ksmea.rotordynamics.whirl import FreeRotor, Motions
 from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row
 from problems.rotor.finite_elements.bearing import Pedestal, Support
 from problems.rotor.finite_elements.data import Rotor

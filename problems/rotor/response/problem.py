@@ -23,9 +23,8 @@ from ksmea.problem.load import Load
 from ksmea.problem.parameters import PHASE_ORIGIN, Parameter, Parameters
 from ksmea.problem.problem import Problem
 from ksmea.problem.response_structure import UnknownImpedance
-from ksmea.rotordynamics.free_rotor import Rotordynamic
 from ksmea.rotordynamics.stability import scanned_speeds
-from ksmea.rotordynamics.whirl import Campbell, Mode
+from ksmea.rotordynamics.whirl import Campbell, Mode, Rotordynamic
 from ksmea.units import GRAM_MILLIMETRE
 from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.free_motion.critical_speeds import critical_speeds

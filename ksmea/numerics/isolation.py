@@ -1,12 +1,13 @@
 """What keeps the habits of optimisation libraries from everything around them.
 
 pyswarms configures the root logger and opens a log file in the working directory, and most compute with misfits as though
-all of them were finite. Those that draw from global generators: `ksmea.numerics.seeding`.
+all of them were finite. Others draw from generators that the whole process shares.
 """
 
 from __future__ import annotations
 
 import logging.config
+import random
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -39,3 +40,25 @@ def finite(misfit: Array) -> Array:
     array([1.e+000, 1.e+150])
     """
     return np.minimum(misfit, LARGEST_MISFIT)
+
+
+@contextmanager
+def global_generators(rng: np.random.Generator) -> Iterator[None]:
+    """Seed `random` and `numpy.random` from `rng` inside the block and restore both states when it is left.
+
+    >>> before = random.getstate()
+    >>> with global_generators(np.random.default_rng(1)):
+    ...     first = random.random(), np.random.random()
+    >>> with global_generators(np.random.default_rng(1)):
+    ...     again = random.random(), np.random.random()
+    >>> first == again, random.getstate() == before
+    (True, True)
+    """
+    python_state, numpy_state = random.getstate(), np.random.get_state()
+    random.seed(int(rng.integers(2**63)))
+    np.random.seed(int(rng.integers(2**32)))
+    try:
+        yield
+    finally:
+        random.setstate(python_state)
+        np.random.set_state(numpy_state)
