@@ -10,15 +10,15 @@ import multiprocessing
 import os
 import resource
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import spawn
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from types import FrameType
+from types import FrameType, ModuleType
 from typing import Any, Generic, TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -31,15 +31,6 @@ Task = TypeVar("Task")
 CONTEXT = multiprocessing.get_context("forkserver")
 # Signals by which Slurm asks a job to end: the job decides what becomes of its workers.
 ASKING = (signal.SIGTERM, signal.SIGUSR1, signal.SIGUSR2)
-NEEDED = (
-    "log_to_stderr",
-    "authkey",
-    "name",
-    "sys_path",
-    "sys_argv",
-    "orig_dir",
-    "dir",
-)  # of what a process could inherit
 LOOK = 0.5  # s after which the caller is asked in `meanwhile`, whatever workers do
 # Whoever ends a whole job kills its processes one by one. A worker that went first is no failed run, and this process is killed within
 # this time, s, before it says so. 255 is what is known of a worker whose server was killed before it.
@@ -157,25 +148,27 @@ def _hand_out(
 def _new_worker(function: Callable[..., dict[str, Any]], limits: Limits) -> _Worker[Task]:
     ours, theirs = CONTEXT.Pipe()
     process = CONTEXT.Process(target=_serve, args=(theirs, function, limits.memory), daemon=True)
-    with _only_what_workers_need():
+    with _nothing_to_take_over():
         process.start()
     theirs.close()
     return _Worker(process, ours)
 
 
 @contextmanager
-def _only_what_workers_need() -> Iterator[None]:
-    """A process that is started in the block gets nothing of this one but its paths. By default it would import the
-    caller's main module, which begins a script without a main guard again, and take over the default way of starting
-    processes, which it need not know (joblib's workers have one of their own)."""
-    original = spawn.get_preparation_data
-    spawn.get_preparation_data = lambda name: {key: value for key, value in original(name).items() if key in NEEDED}
+def _nothing_to_take_over() -> Iterator[None]:
+    """A process that is started in the block gets nothing of this one but its paths. Else it would import the caller's main
+    module, which begins a script without a main guard again, and take over the caller's way of starting processes, which
+    it need not know (joblib's workers have one of their own)."""
+    main, method = sys.modules["__main__"], multiprocessing.get_start_method(allow_none=True)
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ASKING)  # by the server that forks workers, too
+    sys.modules["__main__"] = ModuleType("__main__")
+    multiprocessing.set_start_method(None, force=True)
     try:
         yield
     finally:
+        multiprocessing.set_start_method(method, force=True)
+        sys.modules["__main__"] = main
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        spawn.get_preparation_data = original
 
 
 def _wait(busy: list[_Worker[Task]]) -> None:
@@ -242,6 +235,7 @@ def _end_with_the_job() -> None:
 def _serve(connection: Connection, function: Callable[..., dict[str, Any]], memory: int | None) -> None:
     """A worker's life: task after task, until the other end of the pipe is gone."""
     threading.Thread(target=_end_with_the_job, daemon=True).start()
+    multiprocessing.set_start_method(None, force=True)  # as in any other process, a run may choose one
     threadpool_limits(1)  # sums in another order differ in the last digits, and the cores belong to the workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent alone decides
     for asking in ASKING:
