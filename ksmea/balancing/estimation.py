@@ -2,17 +2,21 @@
 
 The response of the run is predicted from the runs whose weights are known: influence coefficients, and the drift at its time
 from what its neighbours in time show of it (kriging). What is left over is the weights' doing.
+
+Weights explain as many complex numbers of a run as there are unknown ones; what they leave of the others shows the spread between
+runs where those with known weights leave none to see it by.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ksmea.arrays import ComplexArray, Indices
-from ksmea.balancing.fit import Fit
+from ksmea.balancing.fit import COMMON, Fit
 from ksmea.errors import SettingError
 
 N_STEP = 4  # each takes the spread and the uncertainty of the coefficients at the weights found before
@@ -100,3 +104,19 @@ def polar_interval(value: complex, radius: float) -> tuple[tuple[float, float], 
         return (0.0, size + radius), None
     half, middle = float(np.arcsin(radius / size)), float(np.angle(value))
     return (size - radius, size + radius), (middle - half, middle + half)
+
+
+def scaled_by_unknown_runs(fit: Fit) -> Fit:
+    """A fit whose covariance is not free, with one factor on it from what all its runs leave; entries count as uncorrelated."""
+    data = fit.readings
+    found = [
+        estimated(fit, int(run), np.flatnonzero(np.isnan(data.weights[run])))
+        for run in np.setdiff1d(np.arange(len(data.names)), data.is_known)
+    ]
+    n_left = sum(each.n_left for each in found)
+    if fit.is_free or n_left == 0:
+        return fit
+    own = fit.dof if fit.method == COMMON else 0.0
+    factor = (own + sum(each.chi2 for each in found)) / (own + n_left)
+    components = dataclasses.replace(fit.components, spread=factor * fit.components.spread)
+    return dataclasses.replace(fit, components=components, method=COMMON, dof=own + n_left)

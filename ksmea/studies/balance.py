@@ -11,7 +11,7 @@ import scipy
 from ksmea.arrays import ComplexArray, Indices
 from ksmea.balancing.amplitudes import AmplitudeFit, fitted_amplitudes
 from ksmea.balancing.correction import Correction, correction
-from ksmea.balancing.estimation import WeightEstimate, estimated, polar_interval
+from ksmea.balancing.estimation import WeightEstimate, estimated, polar_interval, scaled_by_unknown_runs
 from ksmea.balancing.fit import AUTO, COMMON, FREE, NO, YES, Asked, Fit
 from ksmea.balancing.holes import split
 from ksmea.balancing.leave_out import conformal_radius2, folded, squared_errors
@@ -23,7 +23,6 @@ from ksmea.balancing.misfits import (
     run_p,
 )
 from ksmea.balancing.readings import Readings, readings
-from ksmea.balancing.scaling import scaled_by_unknown_runs
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Measurement
 from ksmea.records.balancing import (

@@ -21,8 +21,8 @@ from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, NoiseRecord, ResidualsRecord, ResponsesRecord
 from ksmea.records.estimate import NoiseLevelRecord, Shown
 from ksmea.show.charts.chart import Points
-from ksmea.show.charts.diagnosis_residuals import residuals
 from ksmea.show.charts.intervals_chart import intervals_chart
+from ksmea.show.charts.residuals import residuals
 from ksmea.show.charts.response_charts import bode_chart
 from ksmea.show.charts.responses import ModelCurve, Response, of_diagnosis
 from ksmea.show.diagnosis_text import text

@@ -13,9 +13,8 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import cosines
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord
-from ksmea.show.charts.diagnosis_residuals import as_complex
-from ksmea.show.charts.diagnosis_residuals import residuals as residuals_of
-from ksmea.show.charts.residual_components import COMPONENTS, components
+from ksmea.show.charts.residuals import COMPONENTS, as_complex, components
+from ksmea.show.charts.residuals import residuals as residuals_of
 from ksmea.units import MICROMETRE, RPM
 
 LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
@@ -101,7 +100,7 @@ def of_fit(fit: FitCurves, name: str = "fitted") -> Response:
 
 def of_diagnosis(record: DiagnosisRecord) -> Response | None:
     """The response of a diagnosis, before and after the extension, with residuals in units of one law of noise
-    (`diagnosis_residuals.py`); None of a record without curves. A model's curve is the fine one of the record; of
+    (`residuals.py`); None of a record without curves. A model's curve is the fine one of the record; of
     records that have none, that at the measured speeds."""
     curves = record.curves
     if curves is None:

@@ -1,4 +1,5 @@
-"""What the models of a diagnosis leave of the data, in units of one law of noise, each at the response of its model."""
+"""What the models of a diagnosis leave of the data, in units of one law of noise, each at the response of its model; and
+the two components of a complex residual, as texts, pages and figures name them."""
 
 from __future__ import annotations
 
@@ -49,3 +50,17 @@ def _rows(curves: CurvesRecord) -> Iterator[slice]:
     """The speeds of each run."""
     starts = [0, *curves.breaks, len(curves.speed)]
     yield from map(slice, starts, starts[1:])
+
+
+COMPONENTS = ("in phase", "in quadrature")  # with the fitted response
+
+
+def components(residual: Array | ComplexArray, fitted: Array | ComplexArray) -> tuple[Array, Array]:
+    """Components, each of unit variance, of residuals (measured − fitted) in units of the noise, whose variance is 1 in all.
+
+    >>> along, across = components(np.array([1.0j]), np.array([2.0j]))  # longer by the noise's σ, √2 of a component's
+    >>> along.round(3).tolist(), across.round(3).tolist()
+    ([1.414], [0.0])
+    """
+    turned = np.sqrt(2) * residual * np.exp(-1j * np.angle(fitted))
+    return turned.real, turned.imag
