@@ -52,6 +52,7 @@ def shaft(**changes):
     return {"middle": ShaftSegment(0.2, 0.04, STEEL, N_ELEMENT, **changes)}
 
 
+THICK = ShaftSegment(0.2, 0.15, STEEL, N_ELEMENT)
 CONE = {"outer_radius_right": 0.025, "inner_radius": 0.01, "inner_radius_right": 0.005}
 COUPLING = CouplingSegment(
     0.2, (4e7, 5e7), (3e5, 2e5), (400.0, 300.0), (30.0, 40.0), (3.0, 5.0), (0.02, 0.03), (0.012, 0.017)
@@ -65,10 +66,12 @@ CASES = {
         layers=(Layer(0.05, STEEL, 0.04, carries="mass"), Layer(0.045, BRONZE, 0.04, carries="stiffness"))
     ),
     "stiffness diameter": shaft(stiffness_outer_radius=0.03),
-    "shear coefficient, no inertia of rotation": shaft(shear_coefficient=0.6, rotary_inertia=False, gyroscopic=False),
+    "shear coefficient": {"middle": dataclasses.replace(THICK, shear_coefficient=0.1)},
+    "no inertia of rotation": {"middle": dataclasses.replace(THICK, rotary_inertia=False)},
+    "no gyroscopic moment": {"middle": dataclasses.replace(THICK, gyroscopic=False)},
     "tension of a segment": shaft(axial_force=3e6),
     "compression of the shaft": {"axial_force": -4e5, **shaft(**CONE)},
-    "turning damping of a segment": shaft(internal_damping=2e-4, layers=LAYERS),
+    "turning damping of a segment": shaft(internal_damping=2e-3),
     "turning damping of the shaft": {"internal_damping": 1e-4},
     "standing damping": shaft(standing_damping=(30.0, 1e-4), **CONE),
     "lumped masses": {"masses": (Disk(0.4, 6.0, 0.04, 0.03, is_lumped=True), Disk(0.5, 0.0, 0.02, 0.0, is_lumped=True))},
@@ -79,7 +82,8 @@ CASES = {
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("name", CASES)
 def test_response_is_that_of_many_linear_steps(name, seed):
-    """Motions differ by less than 1e-3 of their channel's largest: both meshes err with the square of their lengths."""
+    """Both meshes err with the square of their lengths: of the first machine by 1.1e-4 of a channel's largest motion at most, and 8.4e-4 where layers share
+    the motion of the rotor's own nodes alone, but of all steps here."""
     rotor = machine(seed, **CASES[name])
     unknown = Unknown(Parameter("kxx", "N/m", 1.0, 1e6, 1e9), (BearingTarget(1, "kxx"),))
     value = 2.7e7
@@ -87,4 +91,5 @@ def test_response_is_that_of_many_linear_steps(name, seed):
     own = dataclasses.replace(rotor, bearings=(rotor.bearings[0], bearing))
     found = RotorProblem(rotor, (unknown,), SPEED, CHANNELS).response(np.array([[value]]))[0]
     expected = response(own, SPEED, CHANNELS, N_STEP)
-    assert np.max(np.abs(found - expected) / np.abs(expected).max(axis=0)) < 1e-3
+    tolerance = 2e-3 if name == "layers" else 3e-4
+    assert np.max(np.abs(found - expected) / np.abs(expected).max(axis=0)) < tolerance
