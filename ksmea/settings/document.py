@@ -57,7 +57,7 @@ class Block:
     def check_keys(self, required: Iterable[str], optional: Iterable[str] = ()) -> None:
         """Unknown keys first: a misspelt key is also a missing one."""
         required = list(required)
-        known = [*required, *optional]
+        known = list(dict.fromkeys([*required, *optional]))
         for key in self.values:
             if key not in known:
                 raise self.error("", unknown("key", shortened(str(key)), known))

@@ -68,7 +68,7 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
             for index, block in enumerate(seals, start=len(bearings))
         ),
         couplings=tuple(_coupling(block, units, shaft) for block in _blocks(document, "couplings")),
-        housing_probes=_housing_probes(probes, channels, len(bearings)),
+        housing_probes=_housing_probes(probes, channels, bearings),
         masses=tuple(read_mass(block, units, shaft) for block in _blocks(document, "masses")),
     )
     sizes = {"n_bearing": len(bearings), "n_plane": len(planes), "n_probe": len(channels)}
@@ -140,10 +140,12 @@ def _direction(block: Block) -> str:
     return block.choice("direction", "direction", DIRECTIONS)
 
 
-def _housing_probes(blocks: Sequence[Block], channels: Sequence[Channel], n_bearing: int) -> tuple[HousingProbe, ...]:
+def _housing_probes(
+    blocks: Sequence[Block], channels: Sequence[Channel], of_bearings: Sequence[Block]
+) -> tuple[HousingProbe, ...]:
     """Probes that say `relative_to: bearing 1`. Where all at a place are relative to one bearing, others in a measurement are too."""
     found = []
-    bearings = [_bearing_of(block, n_bearing) for block in blocks]
+    bearings = [_bearing_of(block, of_bearings) for block in blocks]
     for channel, bearing in zip(channels, bearings):
         beside = {own for own, other in zip(bearings, channels) if other.position == channel.position}
         if bearing is not None:
@@ -151,16 +153,22 @@ def _housing_probes(blocks: Sequence[Block], channels: Sequence[Channel], n_bear
     return tuple(dict.fromkeys(found))
 
 
-def _bearing_of(block: Block, n_bearing: int) -> int | None:
+def _bearing_of(block: Block, of_bearings: Sequence[Block]) -> int | None:
     """The bearing, by its index, whose housing carries a probe; None: it is fixed to the ground."""
     if "relative_to" not in block.values:
         return None
+    n_bearing = len(of_bearings)
     thing, _, number = block.text("relative_to").partition(" ")
     if thing != "bearing" or not (
         number.isascii() and number.isdigit() and len(number) < 6 and 1 <= int(number) <= n_bearing
     ):
         given = described(block.values["relative_to"])
         raise block.error("relative_to", f"expected a bearing from 1 to {n_bearing}, such as 'bearing 1', got {given}")
+    if "support" not in of_bearings[int(number) - 1].values:
+        raise block.error(
+            "relative_to",
+            f"expected a bearing on a support, got bearing {number} without one; give it a support, or leave relative_to out",
+        )
     return int(number) - 1
 
 

@@ -56,6 +56,8 @@ def read_table(
     quantities = QUANTITY_OF_MEASURED if measured else QUANTITY_OF
     first, *others = quantities
     value = block.values[key]
+    if not isinstance(value, (str, dict)):
+        raise block.error(key, f"expected lists by name, or a file such as bearing.csv, got {described(value)}")
     if isinstance(value, str):
         columns = inside(block, key, lambda: _of_sheet(value, quantities, sheets))
     else:

@@ -211,6 +211,7 @@ def test_a_table_that_cannot_be_read(write, tmp_path, sheet, words):
         ("theory: euler_bernoulli", "theory: euler", "unknown beam theory 'euler'; did you mean 'euler_bernoulli'"),
         ("stiffness: [4, 5]", "stiffness: [4, 5, 6]", "coupling.stiffness: expected a number or two of them"),
         ("relative_to: bearing 1}\n  - {position: 480", "relative_to: bearing 3}\n  - {position: 480", "probes[2].relative_to: expected a bearing from 1 to 2"),
+        ("45, relative_to: bearing 1", "45, relative_to: bearing 2", "probes[2].relative_to: expected a bearing on a support, got bearing 2"),
         ("bearing 1 stiffness factor", "bearing 2 stiffness factor", "expected a bearing with a table for a stiffness factor"),
         ("{mass: 20, kyy: 60, kxy: 1", "{mass: 20, kxx: 1, kyy: 60, kxy: 1", "since unknown support sets it"),
         ("support 1 kxx", "support 3 kxx", "expected a support from 1 to 2"),
