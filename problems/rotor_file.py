@@ -1,6 +1,6 @@
 """Anyone's rotor, described in a YAML file: `problem=rotor problem.file=my_rotor.yaml`.
 
-docs/examples/rotor.yaml is such a file with remarks on every key.
+docs/examples/rotor.yaml is such a file with remarks on every key, docs/examples/machine.yaml one with tables, supports and more.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ class RotorFile(ProblemSettings):
     The file is read once, when it is first needed; a relative path starts at the working directory.
     """
 
-    file: str = setting("", "the file; docs/examples/rotor.yaml shows all that it may say")
+    file: str = setting(
+        "", "the file; docs/examples/rotor.yaml shows its keys, docs/examples/machine.yaml further ones"
+    )
     mesh: int | None = setting(
         None,
         "number of shaft elements in all, shared by length over the file's segments; null: as the file says",
