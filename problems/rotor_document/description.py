@@ -5,7 +5,7 @@ Whatever is not named as optional there has to be in the file: nothing is guesse
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from ksmea.settings.document import Block, Units, inside
 from problems.rotor.finite_elements.bearing import Bearing, mirrored_bearing
 from problems.rotor.finite_elements.data import HousingProbe, Rotor
 from problems.rotor.response.problem import RotorProblem
-from problems.rotor.response.unknowns import Target, Unknown, changes_sign
+from problems.rotor.response.unknowns import BearingTarget, PedestalTarget, Target, Unknown, changes_sign
 from problems.rotor_document.bearings import read_bearing, read_plane, read_seal
 from problems.rotor_document.shaft import position_of, read_disk, read_mass, read_materials, read_shaft
 from problems.rotor_document.tables import RotorSheets
@@ -71,7 +71,8 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
         housing_probes=_housing_probes(probes, channels, bearings),
         masses=tuple(read_mass(block, units, shaft) for block in _blocks(document, "masses")),
     )
-    sizes = {"n_bearing": len(bearings), "n_plane": len(planes), "n_probe": len(channels)}
+    n_bearing = len(bearings) + _further_unknown(owners, len(bearings))
+    sizes = {"n_bearing": n_bearing, "n_plane": len(planes), "n_probe": len(channels)}
     inside(document, "", lambda: check_ports(n_element, len(speed), **sizes))
     if "rotation" in document.values and document.choice("rotation", "sense of rotation", ROTATIONS) == ROTATIONS[1]:
         rotor, channels = mirrored(rotor), tuple(map(_mirrored_channel, channels))
@@ -88,6 +89,13 @@ def _check_counts(document: Block) -> None:
         value = document.values.get(key)
         if isinstance(value, (list, dict)) and len(value) > most:
             raise document.error(key, f"expected at most {most} entries, got {len(value)}; take fewer")
+
+
+def _further_unknown(targets: Iterable[Target], n_bearing: int) -> int:
+    """Seals and supports with unknown numbers; known ones are part of the shaft as the response sees it."""
+    supports = {each.bearing for each in targets if isinstance(each, PedestalTarget)}
+    seals = {each.bearing for each in targets if isinstance(each, BearingTarget) and each.bearing >= n_bearing}
+    return len(supports) + len(seals)
 
 
 def _blocks(document: Block, key: str) -> list[Block]:

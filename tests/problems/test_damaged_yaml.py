@@ -60,6 +60,19 @@ def test_too_many_of_a_thing_are_refused_before_anything_is_built(tmp_path):
     assert ": bearings: expected at most 200 entries, got 203; take fewer" in said
 
 
+def test_many_seals_with_unknowns_at_many_speeds_are_refused(tmp_path):
+    """Known ones cost nothing."""
+    speeds = changed("number: 53", "number: 5000")
+    seals = "seals:\n" + "  - {position: 0.5}\n" * 60
+    (tmp_path / "my.yaml").write_text(speeds + seals.replace("}", ", kxx: 1, kyy: 1, cxx: 1, cyy: 1}"))
+    assert len(RotorFile(file=str(tmp_path / "my.yaml")).build().rotor.seals) == 60
+    sets = ", ".join(f"seal {number} kxx" for number in range(1, 61))
+    unknown_one = f"  - {{name: seal, lower: 1, upper: 2, sets: [{sets}]}}\n"
+    said = refused(tmp_path, speeds + unknown_one + seals)
+    # 2·10⁷ entries over 126 rows (two ports each of 62, two probes) and 125 columns
+    assert "speeds: expected at most 1269 with 2 probes, 62 bearings, 1 planes, got 5000" in said
+
+
 def test_many_probes_at_many_speeds_are_refused():
     check_ports(13, 6000, n_bearing=2, n_plane=1, n_probe=600)
     with pytest.raises(SettingError, match="speeds: expected at most 999 with 4000 probes, 2 bearings, 1 planes"):
