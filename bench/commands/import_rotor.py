@@ -5,7 +5,7 @@ MODEL is a file of ROSS (TOML or JSON), or is left out for tables in CSV or Exce
 also `--seal` and `--materials`; a sheet of a book is book.xlsx#sheet, and sheets of XLTRC2 are understood. Positions are in m (or @3.15in,
 @station3), speeds in rpm. The shaft turns from x to y unless
 `--rotation "y to x"` says otherwise. `--axes load` turns coefficients that were given with x along the load (down). What a model never
-has (unbalance, probes, unknowns) is written as lines to be uncommented, or as asked for.
+has (unbalance, probes, unknowns) is written as lines to be uncommented, or as given by options.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ NAMED = re.compile(r"\w*?([xXyY])[dD]?")  # the name of a probe that says its di
 
 @dataclass
 class _Asked:
-    """What words ask for."""
+    """Options and model on the command line."""
 
     model: str = ""
     once: dict[str, str] = field(default_factory=dict)
@@ -102,7 +102,7 @@ def _read(asked: _Asked) -> ImportedRotor:
 
 
 def _built(rotor: ImportedRotor, wanted: Wanted, out: Path) -> Rotor:
-    """The rotor as the program reads it: nothing is written that is none."""
+    """The rotor as the program reads it: nothing else is written."""
     try:
         document = Block.of_document(str(out), parse(rotor_yaml(rotor, wanted).encode(), str(out)))
         return read_description(document, None, RotorSheets(out.parent)).problem.rotor
@@ -112,7 +112,7 @@ def _built(rotor: ImportedRotor, wanted: Wanted, out: Path) -> Rotor:
 
 
 def _count(rotor: ImportedRotor, built: Rotor) -> list[str]:
-    """What there is, to be compared with the drawing."""
+    """Count of parts, to be compared with the drawing."""
     n_element = sum(entry["elements"] for entry in rotor.shaft)
     n_layer = sum(len(entry.get("layers", ())) * entry["elements"] for entry in rotor.shaft)
     shaft = _counted(n_element, "element") + (f", {_counted(n_layer, 'layer')}" if n_layer else "")
@@ -147,7 +147,7 @@ def _counted(count: int, name: str) -> str:
 
 
 def _told(rotor: ImportedRotor, wanted: Wanted) -> list[str]:
-    """What was approximated, left out, and is still open."""
+    """Approximations, parts that are left out, and open questions."""
     lines = [f"note: {visible(remark)}" for remark in rotor.remarks]
     lines += [f"left out: {visible(each)}" for each in rotor.left_out]
     if wanted.speeds is None and rotor.speeds is None:

@@ -16,17 +16,21 @@ WITHOUT_MODULE = {  # commands that have no module of their own
     "completion": 'In ~/.bashrc: eval "$(ksmea-bench completion bash)". In ~/.zshrc, behind compinit: eval "$(ksmea-bench completion'
     ' zsh)". Completed are commands, experiments, groups, plugins, settings, choices, and folders of results.',
 }
-MODULES = {"import": "import_file"}  # of commands whose name is a word of Python
+MODULES = {
+    "import": ("import_file", "import_rotor")
+}  # of a command whose name is a word of Python, and that takes two kinds of file
 
 
 def command_names(usage: str) -> list[str]:
     """The commands that the first page has a line for."""
-    return LINE.findall(usage)
+    return list(dict.fromkeys(LINE.findall(usage)))
 
 
 def command_text(name: str, usage: str) -> str:
     """The line of a command, and what it does."""
     lines = [found[0] for found in LINE.finditer(usage) if found[1] == name]
-    path = PACKAGE / "commands" / f"{MODULES.get(name, name)}.py"
-    said = WITHOUT_MODULE.get(name) or ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    paths = [PACKAGE / "commands" / f"{module}.py" for module in MODULES.get(name, (name,))]
+    said = WITHOUT_MODULE.get(name) or "\n\n".join(
+        ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "" for path in paths
+    )
     return "\n".join([*lines, "", said, "", "-q shows only errors, -v tracebacks too."])

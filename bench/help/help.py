@@ -36,6 +36,7 @@ python -m bench compare NAME|DIR NAME|DIR [--out DIR]       two identifications 
 python -m bench merge NAME|DIR NAME|DIR ... --out DIR       parts of one experiment, done in several places, in one folder
 python -m bench export ioh|coco|csv NAME|DIR [--out DIR]    the course of each run for IOHanalyzer, cocopp or a table
 python -m bench import FILE --format FORMAT --out RUN.csv   a file of an instrument as the project's own: docs/own_data.md
+python -m bench import rotor MODEL [--out ROTOR.yaml]       a rotor model of ROSS, XLTRC2 or tables: docs/import_rotor.md
 python -m bench export measurement --out RUN.csv [X=Y ...]  a synthetic measurement as such a file
 python -m bench verify TABLE [repetitions=N] [tolerance=T]  compute results/reference again and compare
 python -m bench draw problem=NAME [setting=value ...]       a rotor to scale, Campbell diagram, critical speeds, mode shapes

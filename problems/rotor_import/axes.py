@@ -1,4 +1,4 @@
-"""Axes of another program's coefficients, turned once into those of a rotor file: x and y lateral, y up where gravity matters.
+"""Turn coefficients of another program once into the axes of a rotor file: x and y lateral, y up where gravity matters.
 
 `load` is the frame of journal bearing theory, with x along the load (down) and y a quarter turn from it in the sense in which x turns to y
 (Lund). There q = R q' with R a quarter turn, and K = Rᵀ K' R = [[k'yy, −k'yx], [−k'xy, k'xx]]; C, M and dynamic stiffnesses likewise.
@@ -25,7 +25,7 @@ PAIRS = ("stiffness", "angular_stiffness", "damping", "angular_damping")  # of a
 
 
 def in_own_axes(rotor: ImportedRotor, axes: str) -> ImportedRotor:
-    """The rotor, whose coefficients are those of axes, in the axes of a rotor file."""
+    """The rotor in the axes of a rotor file; its coefficients are given in `axes`."""
     if axes == XY:
         return rotor
     parts: dict[str, Any] = {key: [_turned(each) for each in getattr(rotor, key)] for key in ("bearings", "seals")}

@@ -67,7 +67,7 @@ def tables_of(rotor: ImportedRotor) -> list[Mapping[str, list[float]]]:
 
 
 def speeds_of_tables(rotor: ImportedRotor) -> tuple[float, float] | None:
-    """The range (rad/s) that all tables have, of speeds that machines turn at; None if there is no table or no such range."""
+    """The range (rad/s) that all tables have, of speeds that machines turn at; None if there is no table, or no common range."""
     ranges = [next(iter(table.values())) for table in tables_of(rotor)]
     if not ranges:
         return None
@@ -86,7 +86,7 @@ class ShaftElement:
 
 
 def with_shaft(rotor: ImportedRotor, elements: Sequence[ShaftElement]) -> dict[int, float]:
-    """Put shaft elements into the file, those of one node as layers of the innermost; positions (m) by node, the first one at 0."""
+    """Put shaft elements into the file, elements of one node as layers of the innermost; positions (m) by node, the first one at 0."""
     by_node: dict[int, list[ShaftElement]] = {}
     for element in elements:
         by_node.setdefault(element.node, []).append(element)
@@ -120,7 +120,7 @@ def _layered(rotor: ImportedRotor, elements: Sequence[ShaftElement]) -> Entry:
         return {"length": elements[0].length, **elements[0].entry, "elements": 1}
     node = elements[0].node
     if any("coupling" in each.entry for each in elements):
-        raise SettingError(f"{rotor.source}: expected a coupling by itself at node {node}, got a layer beside it")
+        raise SettingError(f"{rotor.source}: expected a coupling by itself at node {node}, got a layer with it")
     own, *others = sorted(
         (each.entry for each in elements),
         key=lambda entry: (entry.get("inner_diameter", 0.0), entry["outer_diameter"]),

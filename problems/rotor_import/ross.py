@@ -30,7 +30,7 @@ SUPPORTING = ("BearingElement", "SealElement", "Damper", "DamperElement", "Magne
 
 
 def read_ross(path: str) -> ImportedRotor:
-    """The rotor of a file; `SettingError` where it is none, or holds what a rotor file cannot say."""
+    """The rotor of a file; `SettingError` if it is another file, or holds what a rotor file cannot say."""
     model = _document(path)
     version = str(model.pop("ross_version", "") or "1")
     parameters = model.pop("parameters", None) or {}
@@ -51,7 +51,9 @@ def read_ross(path: str) -> ImportedRotor:
 
 
 def _document(path: str) -> dict[str, Any]:
-    content = read_input(path, "ROSS", LARGEST, f"expected at most {LARGEST} bytes, got {{}}; this is no model".format)
+    content = read_input(
+        path, "ROSS", LARGEST, f"expected at most {LARGEST} bytes, got {{}}; this is not a model".format
+    )
     try:
         text = content.decode("utf-8-sig")
         found = json.loads(text) if text.lstrip().startswith("{") else tomllib.loads(text)

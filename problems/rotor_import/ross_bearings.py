@@ -27,7 +27,7 @@ def read_bearings(
     positions: Mapping[int, float],
     major: int,
 ) -> None:
-    """Put bearings, seals and their supports into the rotor; `positions` are those of the shaft's nodes."""
+    """Put bearings, seals and their supports into the rotor; `positions` (m) belong to the shaft's nodes."""
     found = [(section, coefficients(section, major)) for section in sections]
     supports = _supports(rotor, [each for each in found if whole(each[0], "n") not in positions], max(positions))
     for point in points:
@@ -90,7 +90,7 @@ def _supports(rotor: ImportedRotor, found: Sequence[tuple[Section, Coefficients]
 
 
 def _support(rotor: ImportedRotor, section: Section, own: Coefficients) -> Entry:
-    """Of a bearing element on the ground; a table is its dynamic stiffness at the frequency of rotation."""
+    """Support from a bearing element on the ground; a table becomes a dynamic stiffness at the frequency of rotation."""
     if own.speed is None:
         return {"kxx": 0.0, "kyy": 0.0} | {name: float(values[0]) for name, values in own.columns.items() if values[0]}
     table: Entry = {"frequency": own.speed.tolist()}
@@ -131,7 +131,7 @@ def _entry(own: Coefficients) -> Entry:
 
 
 def _tell(rotor: ImportedRotor, found: Sequence[tuple[Section, Coefficients]]) -> None:
-    """What is approximated or left out of all of them."""
+    """Remark on approximations, and list axial coefficients as left out."""
     for section, own in found:
         for remark in own.remarks:
             rotor.remark(f"{tag_of(section)}: {remark}")

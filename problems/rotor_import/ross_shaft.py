@@ -31,7 +31,7 @@ def shaft_element(rotor: ImportedRotor, section: Section) -> ShaftElement:
         entry["theory"] = "euler_bernoulli"
     elif method == "hutchinson":
         entry["shear_coefficient"] = hutchinson_of_ross(ratio, (inner_left + inner_right) / (left + right))
-        rotor.remark("hutchinson: the shear coefficient is that of ROSS, which is 1 + ν times below Hutchinson's own")
+        rotor.remark("hutchinson: the shear coefficient is as ROSS computes it, 1 + ν times below Hutchinson's own")
     entry |= {key: False for key in SWITCHES if not truth(section, key)}
     if force := optional(section, "axial_force"):
         entry["axial_force"] = force

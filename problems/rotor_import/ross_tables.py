@@ -38,7 +38,7 @@ class Coefficients:
 
 
 def coefficients(section: Section, major: int) -> Coefficients:
-    """Those of a section of a file of a major version."""
+    """Coefficients of a section; `major` is the version of the file."""
     columns = _without_noise({name: _numbers(section, name) for name in COEFFICIENTS})
     axes = {key: _axis(section, key) for key in AXES if section.values.get(key) not in (None, [])}
     if all(values.size == 1 for values in columns.values()):
@@ -82,7 +82,7 @@ def _axis(section: Section, key: str) -> Array:
 
 
 def _without_noise(columns: dict[str, Array]) -> dict[str, Array]:
-    """Numbers that are rounding beside others of their kind as 0."""
+    """Replace by 0 what is only rounding, relative to the largest number of its kind."""
     largest = {kind: max(np.abs(columns[name]).max() for name in columns if name[0] == kind) for kind in "kcm"}
     return {
         name: np.where(np.abs(values) <= ROUNDING * largest[name[0]], 0.0, values) for name, values in columns.items()

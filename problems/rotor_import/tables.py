@@ -79,7 +79,7 @@ class Sheets:
 
 
 def read_sheets(sheets: Sheets) -> ImportedRotor:
-    """The rotor that tables describe; `SettingError` where one is no such table."""
+    """The rotor that tables describe; `SettingError` if one is not such a table."""
     rotor = ImportedRotor(Path(sheets.shaft.partition("#")[0]).name)
     columns, texts = _read(rotor, sheets.shaft, SHAFT, "od_left")
     materials = _materials(rotor, sheets)
@@ -92,7 +92,7 @@ def read_sheets(sheets: Sheets) -> ImportedRotor:
 
 
 def _read(rotor: ImportedRotor, word: str, quantities: Mapping[str, str], key: str) -> tuple[Columns, Texts]:
-    """Columns in SI, and those of texts; `key` is the column by which a sheet of XLTRC2 of this kind is known."""
+    """Columns in SI, and columns of texts; `key` is the column by which a sheet of XLTRC2 of this kind is known."""
     path = word.partition("#")[0]
     rows = sheet_rows(word, RotorSheets(Path()))
     if is_xltrc2(rows, key):
@@ -163,7 +163,7 @@ def _elements(
     if outer is None:
         raise SettingError(f"{sheets.shaft}: expected a column outer_diameter or outer_diameter_left, got none")
     if "layer" in columns and "element" not in columns:
-        raise SettingError(f"{sheets.shaft}: expected a column element beside layer, got none")
+        raise SettingError(f"{sheets.shaft}: expected a column element with the column layer, got none")
     inner = next((name for name in ("inner_diameter_left", "inner_diameter") if name in columns), None)
     found = []
     for index in range(len(columns["length"])):

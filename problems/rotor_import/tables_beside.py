@@ -1,4 +1,4 @@
-"""Long tables of an imported rotor as CSV files beside the rotor file, which names them; short ones stay in it."""
+"""Long tables of an imported rotor as CSV files next to the rotor file, which names them; short ones stay in it."""
 
 from __future__ import annotations
 

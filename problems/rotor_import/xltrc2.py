@@ -53,7 +53,7 @@ def is_xltrc2(rows: Sequence[Sequence[str]], key: str) -> bool:
 
 
 def plain(rows: Sequence[Sequence[str]], key: str, quantities: Mapping[str, str], path: str) -> PlainTable:
-    """The table under the row that has the column `key`; `quantities` are those of the project's own columns."""
+    """The table under the row that has the column `key`; `quantities` of the project's own columns."""
     at = _header(rows, key)
     assert at is not None, "no such sheet"
     names = [_spelt(cell) for cell in rows[at]]
@@ -102,7 +102,7 @@ def _heading(rows: Sequence[Sequence[str]], at: int, index: int, name: str, quan
 
 
 def _unit(cell: str, quantity: str) -> str:
-    """A unit of a rotor file; '' if a cell is none."""
+    """The unit of a rotor file that a cell means; '' if it is not a unit."""
     text = " ".join(cell.strip("[]() ").replace("^", "").replace("-", " ").replace("*", " ").split())
     spellings = {" ".join(key.replace("*", " ").split()): unit for key, unit in UNITS.get(quantity, {}).items()}
     known = {unit.lower(): unit for unit in SI_PER_UNIT[quantity]}

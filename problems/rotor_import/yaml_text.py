@@ -25,7 +25,7 @@ SPEEDS, N_SPEED = (100.0, 10_000.0), 100  # rpm, where the model has no range of
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a model never has: positions (m) of unbalance, probes (position, direction) and speeds (from, to in rpm, number)."""
+    """Additions that no model has: positions (m) of unbalance, probes (position, direction) and speeds (from, to in rpm, number)."""
 
     unbalance: Sequence[float] = ()
     probes: Sequence[tuple[float, str]] = ()

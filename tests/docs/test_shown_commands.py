@@ -38,7 +38,8 @@ NOT_TRIED = {  # first words → why
     "python -m pytest": "these tests",
     "python -c": "tests/bench/test_own_data_page.py runs it",
     "python -m bench import": "the same",
-    "python -m bench export measurement": "the same",
+    "python -m bench import rotor": "test_import_rotor_page.py runs it",
+    "python -m bench export measurement": "tests/bench/test_own_data_page.py runs it",
     "python -m benchmarks": "tests/benchmarks does",
     "eval ": "the shell's own; tests/bench/test_completion.py",
     "python -m sphinx": "the site is built by test_site.py",
@@ -87,7 +88,7 @@ def workspace(tmp_path_factory):
     (place / "docs").mkdir()
     (place / "docs" / "examples").symlink_to(examples)
     (place / "fleet").mkdir()
-    for name in ("rotor.yaml", "my_rotor.yaml", "fleet/fan.yaml"):
+    for name in ("rotor.yaml", "my_rotor.yaml", "pump.yaml", "fleet/fan.yaml"):
         shutil.copy(examples / "rotor.yaml", place / name)
     for name in ("run_up.csv", "bare.csv", "trial.csv", "fleet/fan.csv", "fleet/pump.csv"):
         shutil.copy(examples / "run_up.csv", place / name)

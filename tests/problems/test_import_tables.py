@@ -106,7 +106,7 @@ def test_places_are_metres_or_stations_and_meet_nodes_in_printed_digits(folder):
         (SHAFT.partition("\n")[0], "expected headings and rows of numbers"),
         (
             SHAFT.replace("element,", "").replace("1,1,", "1,").replace("2,1,", "2,"),
-            "expected a column element beside layer",
+            "expected a column element with the column layer",
         ),
     ],
 )
