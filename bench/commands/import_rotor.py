@@ -35,6 +35,7 @@ from problems.rotor_import.yaml_text import Wanted, rotor_yaml
 ROTOR = "rotor"
 SEVERAL = ("probe", "unbalance", "bearing", "seal")
 ONCE = ("shaft", "disks", "materials", "speeds", "rotation", "axes", "out")
+MOST_NAMES = 4  # of files written
 MOST_PLACES = 8  # that the count lists of a kind
 LENGTHS = SI_PER_UNIT["length"]
 AT = re.compile(rf"station ?(?P<station>[0-9]{{1,6}})|(?P<number>[-+0-9.eE]+?) ?(?P<unit>{'|'.join(LENGTHS)})?")
@@ -84,6 +85,8 @@ def _out(asked: _Asked) -> Path:
     name = asked.once.get("out") or f"{Path(asked.model or asked.once['shaft'].partition('#')[0]).stem}.yaml"
     if Path(name).suffix not in (".yaml", ".yml"):
         raise SettingError(f"expected --out with the name of a YAML file, such as rotor.yaml, got {visible(name)}")
+    if "#" in Path(name).name:
+        raise SettingError(f"expected --out without #, which stands before the name of a sheet, got {visible(name)}")
     if Path(name).exists():
         raise SettingError(f"expected no {name} yet, found one; choose another --out, or remove it")
     return Path(name)

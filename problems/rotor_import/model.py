@@ -152,13 +152,19 @@ def _merge_equal(rotor: ImportedRotor) -> None:
     for entry in rotor.shaft:
         alone = {key: value for key, value in entry.items() if key != "elements"}
         before = merged[-1] if merged else None
-        is_cone = "outer_diameter_right" in entry or "inner_diameter_right" in entry or "coupling" in entry
-        if before is not None and not is_cone and _one_of(before) == alone:
+        if before is not None and _may_be_cut(entry) and _one_of(before) == alone:
             before["elements"] += 1
             before["length"] = round(before["elements"] * entry["length"], DIGITS)
         else:
             merged.append(dict(entry))
     rotor.shaft[:] = merged
+
+
+def _may_be_cut(entry: Entry) -> bool:
+    """Whether equal elements of an entry are each as the entry is: cones would become one long cone."""
+    return "coupling" not in entry and not any(
+        key.endswith("_right") for part in (entry, *entry.get("layers", ())) for key in part
+    )
 
 
 def _one_of(entry: Mapping[str, Any]) -> Entry:

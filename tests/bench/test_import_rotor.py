@@ -141,6 +141,7 @@ def test_a_shaft_that_turns_from_y_to_x_is_mirrored_on_reading(imported):
         (["--shaft", "shaft.csv"], "expected a model or tables"),
         (["other.toml"], "expected one model"),
         (["--out", "rotor.txt"], "expected --out with the name of a YAML file"),
+        (["--out", "a#b.yaml"], "expected --out without #"),
         (["--out", "there.yaml"], "expected no there.yaml yet, found one"),
     ],
 )

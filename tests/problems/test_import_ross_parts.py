@@ -116,6 +116,14 @@ def test_sections_may_stand_in_any_order_and_layers_add(read):
     assert rotor.materials["steel_2"] == {"young_modulus": 6895.0, "density": 8000.0, "poisson_ratio": -0.5}
 
 
+def test_equal_cones_stay_apart_and_equal_cylinders_are_one_entry(read):
+    """Two equal cones in a row are a sawtooth, and so are two equal conical layers."""
+    cones = {f"ShaftElement__Shaft Element {n}": element(n, odr=0.06) for n in (0, 1)}
+    sleeves = {f"ShaftElement__sleeve {n}": element(n, odl=0.09, odr=0.08, idl=0.05, idr=0.05) for n in (2, 3)}
+    assert [each["elements"] for each in read(**cones, **sleeves).shaft] == [1, 1, 1, 1]
+    assert [(each["elements"], each["length"]) for each in read().shaft] == [(4, pytest.approx(0.4))]
+
+
 def test_switches_coefficients_damping_and_forces_of_elements(read):
     changed = element(
         1,
