@@ -138,8 +138,8 @@ def _tell(rotor: ImportedRotor, found: Sequence[tuple[Section, Coefficients]]) -
     gap, how, name, tag = max(((*own.gap, tag_of(section)) for section, own in found), default=(0.0, "", "", ""))
     if gap > LEAST_GAP:
         rotor.remark(
-            f"tables are interpolated by PCHIP, where ROSS takes {how}: half-way between points they differ by up to"
-            f" {100 * gap:.2g} % of the largest {name} ({tag})"
+            f"tables are interpolated by PCHIP, where ROSS takes {how}: they differ by up to {100 * gap:.2g} % of the largest"
+            f" {name} ({tag})"
         )
     axial = [tag_of(section) for section, _ in found if any(_is_any(section.values.get(key)) for key in AXIAL)]
     if axial:
