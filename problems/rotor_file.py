@@ -20,6 +20,8 @@ from problems.rotor_document.description import RotorDescription, read_descripti
 from problems.rotor_document.tables import RotorSheets
 from problems.rotor_settings import MAX_ELEMENTS
 
+OF_OTHERS = (".toml", ".json")  # names of models of other programs
+
 
 @dataclass(frozen=True)
 class RotorFile(ProblemSettings):
@@ -67,6 +69,17 @@ class RotorFile(ProblemSettings):
         return read_bytes(self.file)
 
     @cached_property
+    def _document(self) -> Block:
+        try:
+            return Block.of_document(self.file, parse(self._content, self.file))
+        except SettingError as error:
+            if Path(self.file).suffix.lower() not in OF_OTHERS:
+                raise
+            raise SettingError(
+                f"{error}; a model of another program is made into a rotor file by python -m bench import rotor"
+            ) from error
+
+    @cached_property
     def _description(self) -> RotorDescription:
-        document = Block.of_document(self.file, parse(self._content, self.file))
+        document = self._document
         return read_description(document, self.mesh, RotorSheets(Path(self.file).parent))

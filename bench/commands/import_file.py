@@ -29,12 +29,17 @@ from measurements.slow_roll import SUBTRACTED
 from measurements.sweeps import DOWN, UP
 
 UNANSWERED = 2  # exit code
+OF_MODELS = (".toml", ".json")  # which no instrument writes
 NOT_OF_A_NAME = re.compile(r"[^\w.-]+")  # of a run
 
 
 def import_file(words: list[str]) -> int:
     """Write what a file holds, and print what was decided of it."""
     path, given = _options(words)
+    if Path(path).suffix.lower() in OF_MODELS:
+        raise SettingError(
+            f"import: expected a file of a measurement, got {path}; a model of a rotor is imported by: import rotor {path}",
+        )
     opened = Opened(path, keeps=True)
     if OUT in given:
         _require_new(Path(given[OUT]), given)

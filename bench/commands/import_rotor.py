@@ -35,6 +35,7 @@ from problems.rotor_import.yaml_text import Wanted, rotor_yaml
 ROTOR = "rotor"
 SEVERAL = ("probe", "unbalance", "bearing", "seal")
 ONCE = ("shaft", "disks", "materials", "speeds", "rotation", "axes", "out")
+TABLES = (".csv", ".xlsx", ".xlsm")
 MOST_NAMES = 4  # of files written
 MOST_PLACES = 8  # that the count lists of a kind
 LENGTHS = SI_PER_UNIT["length"]
@@ -185,6 +186,8 @@ def _asked(words: Sequence[str]) -> _Asked:
             asked.several[name].append(value)
         else:
             asked.once[name] = value
+    if Path(asked.model).suffix.lower() in TABLES:
+        raise SettingError(f"expected a file of ROSS (.toml, .json), got a table; give it as --shaft {asked.model}")
     tables: list[str] = [name for name in ("shaft", "disks", "materials") if name in asked.once]
     tables += [name for name in ("bearing", "seal") if asked.several[name]]
     if asked.model and tables:

@@ -11,7 +11,7 @@ import ksmea
 from bench import main
 from ksmea.settings.strict_yaml import parse
 from problems.rotor_file import RotorFile
-from ross_models import SPEEDS, bearing, model, saved, table
+from ross_models import SPEEDS, as_toml, bearing, model, saved, table
 
 DATA = Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")) / "rotors"
 FILES = (
@@ -156,3 +156,21 @@ def test_what_is_wrong_is_said_in_one_line_and_nothing_is_written(imported, fold
 def test_a_model_that_is_no_rotor_is_refused_by_the_place_in_it(imported):
     code, _, error = imported(**{"BearingElement__Bearing 4": table(4, frequency=[1.0, 2.0, 2.0, 3.0])})
     assert code == 2 and "in words of a rotor file, bearings[2].table" in error and not Path("model.yaml").exists()
+
+
+def test_a_model_given_elsewhere_is_sent_to_its_import(folder, capsys):
+    path = saved(folder, model())
+    toml, table = folder / "model.toml", folder / "shaft.csv"
+    toml.write_text(as_toml(model()), encoding="utf-8")
+    table.write_text("length\n1\n", encoding="utf-8")
+    for words, said in (
+        (["import", path, "--out", "x.csv"], "a model of a rotor is imported by: import rotor "),
+        (
+            ["draw", "problem=rotor", "problem.file=model.toml"],
+            "made into a rotor file by python -m bench import rotor",
+        ),
+        (["import", "rotor", "shaft.csv"], "got a table; give it as --shaft shaft.csv"),
+    ):
+        assert main.run(words) == 2
+        error = capsys.readouterr().err
+        assert said in error and error.count("\n") == 1
