@@ -11,8 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ksmea.errors import SettingError, shortened, unknown
+from ksmea.settings.regular_files import read_input
 from problems.rotor_document.bearings import DIRECT
-from problems.rotor_document.tables import QUANTITY_OF, RotorSheets, columns_of, sheet_rows
+from problems.rotor_document.tables import LARGEST, QUANTITY_OF, RotorSheets, columns_of, sheet_rows
+from problems.rotor_import.bearing_texts import ansys_columns, is_ansys, require_no_dyrobes
 from problems.rotor_import.model import DIGITS, NAME, Entry, ImportedRotor, ShaftElement, with_shaft
 from problems.rotor_import.xltrc2 import BEARING, is_xltrc2, plain
 
@@ -50,6 +52,7 @@ DISKS = {
     "polar_inertia": "inertia",
     "diametral_inertia": "inertia",
 }
+EXCEL = (".xlsx", ".xlsm")
 INERTIAS = ("polar_inertia", "diametral_inertia")
 SAME_PLACE = 1e-4  # of the shaft's length: a place that is given in printed digits is the node that it means
 
@@ -233,7 +236,7 @@ def _elastic(columns: Columns, index: int, word: str) -> tuple[float, float, flo
 
 def _bearing(rotor: ImportedRotor, word: str, position: float) -> Entry:
     """Coefficients over speed; a table of one row is a bearing with constant ones."""
-    columns, _ = _read(rotor, word, QUANTITY_OF, BEARING)
+    columns = _bearing_columns(rotor, word)
     _require(columns, ("speed",), word)
     own = {name: values for name, values in columns.items() if name in ("speed", *DIRECT) or any(values)}
     if len(own["speed"]) == 1:
@@ -245,3 +248,18 @@ def _bearing(rotor: ImportedRotor, word: str, position: float) -> Entry:
             NAME: word,
         }
     return {"position": position, "table": {name: list(values) for name, values in own.items()}, NAME: word}
+
+
+def _bearing_columns(rotor: ImportedRotor, word: str) -> Columns:
+    """Columns in SI of a sheet with headings, or of a text of another program."""
+    if not word.partition("#")[0].lower().endswith(EXCEL):
+        text = read_input(word, "CSV or Excel", LARGEST, f"expected at most {LARGEST} bytes, got {{}}".format).decode(
+            "latin-1"
+        )
+        require_no_dyrobes(text, word)
+        if is_ansys(text):
+            rotor.remark(
+                f"{word}: a table of ANSYS COMBI214; numbers without its key of units are taken as N/m, N s/m and rad/s"
+            )
+            return ansys_columns(text, word)
+    return _read(rotor, word, QUANTITY_OF, BEARING)[0]

@@ -65,6 +65,20 @@ SHAFT = b"""element,layer,length [mm],outer_diameter [mm],inner_diameter [mm],yo
 """
 DISKS = b"position [mm],mass [kg],polar_inertia [kg m2],diametral_inertia [kg m2]\n100,5,0.02,0.01\n200,2,0,0\n"
 BEARING = b"speed [rpm],kxx [N/m],kxy [N/m],kyy [N/m],cxx [N s/m],cyy [N s/m]\n1000,1e7,0,2e7,1e3,2e3\n2000,2e7,1e5,3e7,1e3,2e3\n"
+ANSYS = "\n".join(
+    [
+        *(
+            "one",
+            "two",
+            "three",
+            f"{2:10d}{0:10d}{1:10d}",
+            f"{1:10d}{1000:10.2f}",
+            f"{1e7:15.7E}" * 4,
+            f"{1e3:15.7E}" * 4,
+        ),
+        *(f"{2:10d}{2000:10.2f}", f"{2e7:15.7E}" * 4, f"{2e3:15.7E}" * 4),
+    ]
+).encode()
 CSV = (*[other_cell(TOKENS)] * 3, other_line, swapped, other_byte, cut, truncated, recoded)
 OF_TABLES = [
     "--shaft",
@@ -86,6 +100,7 @@ TARGETS = {  # content, slips, and the arguments
     "shaft.csv": (SHAFT, CSV, OF_TABLES),
     "disks.csv": (DISKS, CSV, OF_TABLES),
     "bearing.csv": (BEARING, CSV, OF_TABLES),
+    "bearing.txt": (ANSYS, CSV, ["--shaft", "shaft.csv", "--bearing", "bearing.txt@0"]),
 }
 
 

@@ -201,3 +201,38 @@ def test_a_sheet_of_xltrc2_without_units_is_refused(folder):
     book.save("model.xlsx")
     with pytest.raises(SettingError, match="length: expected its unit in the row above, got nothing"):
         read_sheets(Sheets("model.xlsx"))
+
+
+def test_a_table_of_ansys_is_the_one_of_the_csv(folder):
+    found = read_sheets(Sheets("shaft.csv", bearings=[(public("tables/bearing_table_ansys_layout.txt"), 0.0)]))
+    expected = read_sheets(Sheets("shaft.csv", bearings=[(public("tables/bearing_table_si.csv"), 0.0)]))
+    own, other = found.bearings[0]["table"], expected.bearings[0]["table"]
+    assert own.keys() == other.keys()
+    for name, values in own.items():
+        assert values == pytest.approx(other[name], rel=6e-8)  # eight digits in the text
+    assert "ANSYS" in found.remarks[0]
+
+
+ANSYS = ["one", "two", "three", f"{1:10d}{1:10d}{1:10d}", f"{1:10d}{600:10.2f}", f"{2.0:15.7E}" * 4, f"{3.0:15.7E}" * 4]
+
+
+def test_pounds_and_rpm_of_ansys_are_converted(folder):
+    (folder / "b.txt").write_text("\n".join(ANSYS), encoding="utf-8")
+    (own,) = read_sheets(Sheets("shaft.csv", bearings=[("b.txt", 0.0)])).bearings
+    assert (own["kxy"], own["cyy"]) == pytest.approx((2 * LBF_PER_IN, 3 * LBF_PER_IN))
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (ANSYS[:-1], "expected three lines for each of 1 speeds, got 2 lines"),
+        ([*ANSYS[:-1], f"{3.0:15.7E}" * 3], "line 7: expected a number, got nothing"),
+        ([*ANSYS[:-1], f"{'x':>15}" * 4], "line 7: expected a number, got 'x'"),
+        (["8, 3, 8, 0, 0, 0, 0", "500, 1, 2, 3, 4, 5, 6, 7, 8"], "got one of DyRoBeS with the number 3"),
+    ],
+)
+def test_bad_texts_of_bearings_are_refused_in_one_line(folder, lines, said):
+    (folder / "b.txt").write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(SettingError) as caught:
+        read_sheets(Sheets("shaft.csv", bearings=[("b.txt", 0.0)]))
+    assert said in str(caught.value) and "\n" not in str(caught.value)
