@@ -16,7 +16,7 @@ from bench.jobs.records import read_records
 from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
-from bench.reports.by_cell import result_runs
+from bench.reports.by_cell import only_result, result_runs
 from bench.reports.tables import csv_text
 from ksmea.records.balancing import BalanceRecord
 from ksmea.show.balance_text import frame, left_out_frame, text
@@ -34,10 +34,10 @@ class BalanceReport(Report):
         lines = read_records(output, plan=plan)
         runs = balance_runs(plan, lines)
         files: dict[str, bytes] = {"runs.csv": csv_text(runs).encode()}
-        done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
-        if len(plan.runs) != 1 or not done:
-            return Made(f"{len(done)} of {len(plan.runs)} runs have a result", files, runs, outdated=OF_ONE_RUN)
-        record = lines[done[0].key].record(BalanceRecord)
+        if (found := only_result(plan, lines, BalanceRecord)) is None:
+            n_done = sum(run.key in lines and lines[run.key].has_result for run in plan.runs)
+            return Made(f"{n_done} of {len(plan.runs)} runs have a result", files, runs, outdated=OF_ONE_RUN)
+        _, record = found
         files["balance.json"] = (json.dumps(with_units(record), indent=1) + "\n").encode()
         files["coefficients.csv"] = csv_text(frame(record)).encode()
         if record.weights:

@@ -56,6 +56,14 @@ def first_results(plan: Plan, lines: Lines, record_type: type[AnyRecord]) -> dic
     return dict(sorted(found.items()))
 
 
+def only_result(plan: Plan, lines: Lines, record_type: type[AnyRecord]) -> tuple[Cell, AnyRecord] | None:
+    """Of a plan of one run, its cell and record; None of several runs, or without a result."""
+    line = lines.get(plan.runs[0].key) if len(plan.runs) == 1 else None
+    if line is None or not line.has_result:
+        return None
+    return plan.cells[plan.runs[0].cell], line.record(record_type)
+
+
 def said_once(by_cell: Mapping[int, Iterable[Said]]) -> dict[int, list[Said]]:
     """What is said of each cell, without what was said of one before it.
 

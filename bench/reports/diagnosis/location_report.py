@@ -15,7 +15,7 @@ from bench.jobs.records import read_records
 from bench.plan.page import Page, Prose, Section
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
-from bench.reports.by_cell import result_runs
+from bench.reports.by_cell import only_result, result_runs
 from bench.reports.diagnosis.location_page import location_page
 from bench.reports.tables import csv_text
 from ksmea.extended_model import located_yaml
@@ -38,12 +38,11 @@ class LocationReport(Report):
         lines = read_records(output, plan=plan)
         runs = location_runs(plan, lines)
         files: dict[str, bytes] = {"runs.csv": csv_text(runs).encode()}
-        done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
-        if len(plan.runs) != 1 or not done:
+        if (found := only_result(plan, lines, LocationRecord)) is None:
             text_of_all = _summary(runs)
             page = Page(counts_line(runs), (Section("Result", (Prose(text_of_all),)),))
             return Made(text_of_all, files, runs, outdated=OF_ONE_RUN, page=lambda: page)
-        cell, record = plan.cells[done[0].cell], lines[done[0].key].record(LocationRecord)
+        cell, record = found
         public = {name: value for name, value in with_units(record).items() if name not in OF_THE_BENCH}
         files["location.json"] = (json.dumps(public, indent=1) + "\n").encode()
         chosen, settings = cell.chosen("problem"), cell.settings["problem"]

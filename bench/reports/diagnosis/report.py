@@ -19,7 +19,7 @@ from bench.plan.fleet import is_of_fleet
 from bench.plan.naming import cell_name, place_columns
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
-from bench.reports.by_cell import hidden_by_cell, hidden_paragraph, result_runs
+from bench.reports.by_cell import hidden_by_cell, hidden_paragraph, only_result, result_runs
 from bench.reports.design.next_measurement import CAMPAIGN_FILE, Next, from_here, next_measurement
 from bench.reports.design.next_steps import after_diagnosis
 from bench.reports.diagnosis.page import EFFECTS, LOCATION, RESIDUALS, diagnosis_page
@@ -61,8 +61,7 @@ class DiagnosisReport(Report):
             f"{plan.name}.csv": csv_text(summary(plan, runs)).encode(),
             "runs.csv": csv_text(runs).encode(),
         }
-        done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
-        if len(plan.runs) != 1 or not done:
+        if (found := only_result(plan, lines, DiagnosisRecord)) is None:
             text_of_all = _summary_text(plan, runs)
             return Made(
                 text_of_all,
@@ -71,7 +70,7 @@ class DiagnosisReport(Report):
                 outdated=OF_ONE_RUN,
                 page=lambda: diagnoses_page(plan, text_of_all, summary(plan, runs), runs),
             )
-        cell, record = plan.cells[done[0].cell], lines[done[0].key].record(DiagnosisRecord)
+        cell, record = found
         following = next_measurement(plan, cell, record.split.run if record.split else "", output)
         files["diagnosis.json"] = (json.dumps(public(record, following), indent=1) + "\n").encode()
         chosen, settings = cell.chosen("problem"), cell.settings["problem"]

@@ -118,34 +118,21 @@ def _numbers(stacks: Sequence[Sequence[Panel]], is_chosen: bool) -> list[list[in
 def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.0) -> Layout:
     """Axes with the parts of the whole that their panels take, and its height, px."""
     shown = {number: panel for stack, of_stack in zip(chart.stacks, numbers) for panel, number in zip(stack, of_stack)}
-    places: dict[int, tuple[int, int]] = {}  # row of stacks, column
-    rows: list[list[list[int]]] = []
-    for number, of_stack in enumerate([each for index, each in enumerate(numbers) if each not in numbers[:index]]):
-        row, column = divmod(number, max(across, 1))
-        rows += [[]] if row == len(rows) else []
-        rows[row].append(of_stack)
-        places |= {each: (row, column) for each in of_stack}
-    tops: dict[int, tuple[float, float]] = {}  # px from the top of all panels
-    down = 0.0
-    for row_of_stacks in rows:
-        ends = []
-        for of_stack in row_of_stacks:
-            at = down
-            for number in of_stack:
-                panel = shown[number]
-                at += HEADING if panel.title else 0
-                tall = INCH * panel.height * (1.0 if panel.z is None else SPACE)
-                tops[number] = (at, at + tall)
-                below = STACKED if _is_named_below(shown, of_stack, number) else APART
-                at += tall + below + (TURNED if panel.x.is_turned else 0)
-            ends.append(at)
-        down = max(ends, default=down)
+    rows = _rows(numbers, across)
+    column = {number: at for row in rows for at, of_stack in enumerate(row) for number in of_stack}
+    beside = {
+        number: [shown[each] for of_stack in row[at - 1 : at] for each in of_stack]
+        for row in rows
+        for at, of_stack in enumerate(row)
+        for number in of_stack
+    }
+    tops, down = _tops(shown, rows)
     inner = max(down - APART, 1.0)
     n_column = max((len(row) for row in rows), default=1)
     words = [
         max(map(len, panel.y.ticks.values()), default=0)
         for number, panel in shown.items()
-        if panel.y.ticks and places[number][1] and not _is_named_beside(shown, places, number)
+        if panel.y.ticks and column[number] and not _is_named_beside(panel, beside[number])
     ]
     gap = BESIDE + CHARACTER * max(words, default=0) if n_column > 1 else 0.0
     part = (1 - gap * (n_column - 1)) / n_column
@@ -153,13 +140,12 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.
     made: Layout = {"height": int(inner + TOP + BOTTOM), "margin": {"l": LEFT, "r": RIGHT, "t": TOP, "b": BOTTOM}}
     for number, panel in shown.items():
         top, bottom = tops[number]
-        across_at = places[number][1] * (part + gap)
-        domains = {"x": [across_at, min(across_at + part, 1.0)], "y": [max(1 - bottom / inner, 0.0), 1 - top / inner]}
+        left = column[number] * (part + gap)
+        domains = {"x": [left, min(left + part, 1.0)], "y": [max(1 - bottom / inner, 0.0), 1 - top / inner]}
         end = "" if number == 1 else str(number)
         if panel.z is not None:
             made[f"scene{end}"] = _scene(panel, far) | {"domain": domains}
             continue
-        is_below = _is_named_below(shown, next(each for each in numbers if number in each), number)
         for side, scale in (("x", panel.x), ("y", panel.y)):
             together = (
                 [each for each in chart.panels if _side(each, side).group == scale.group] if scale.group else [panel]
@@ -170,9 +156,9 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.
             }
             first = groups.setdefault((side, scale.group), f"{side}{end}") if scale.group else ""
             own |= {"matches": first} if first not in ("", f"{side}{end}") else {}
-            if side == "y" and _is_named_beside(shown, places, number):
+            if side == "y" and _is_named_beside(panel, beside[number]):
                 own |= {"title": {"text": ""}} | ({} if scale.ticks is None else {"showticklabels": False})
-            if side == "x" and is_below:
+            if side == "x" and _is_named_below(shown, next(each for each in numbers if number in each), number):
                 own |= {"showticklabels": False, "title": {"text": ""}}
             made[f"{side}axis{end}"] = own
         if panel.is_to_scale:
@@ -188,6 +174,33 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.
     return made
 
 
+def _rows(numbers: list[list[int]], across: int) -> list[list[list[int]]]:
+    """Stacks in rows of so many, each once."""
+    stacks = [each for index, each in enumerate(numbers) if each not in numbers[:index]]
+    step = max(across, 1)
+    return [stacks[first : first + step] for first in range(0, len(stacks), step)]
+
+
+def _tops(shown: dict[int, Panel], rows: list[list[list[int]]]) -> tuple[dict[int, tuple[float, float]], float]:
+    """Upper and lower end of each panel, px below the top of all, and where the next row would begin."""
+    tops: dict[int, tuple[float, float]] = {}
+    down = 0.0
+    for row in rows:
+        ends = []
+        for of_stack in row:
+            at = down
+            for number in of_stack:
+                panel = shown[number]
+                at += HEADING if panel.title else 0
+                tall = INCH * panel.height * (1.0 if panel.z is None else SPACE)
+                tops[number] = (at, at + tall)
+                below = STACKED if _is_named_below(shown, of_stack, number) else APART
+                at += tall + below + (TURNED if panel.x.is_turned else 0)
+            ends.append(at)
+        down = max(ends, default=down)
+    return tops, down
+
+
 def _is_named_below(shown: dict[int, Panel], of_stack: list[int], number: int) -> bool:
     """Whether the next panel of the stack has the words of this one's x axis."""
     if number + 1 not in of_stack:
@@ -196,11 +209,10 @@ def _is_named_below(shown: dict[int, Panel], of_stack: list[int], number: int) -
     return one.label == other.label and one.group == other.group != ""
 
 
-def _is_named_beside(shown: dict[int, Panel], places: dict[int, tuple[int, int]], number: int) -> bool:
-    """Whether the panel on the left has the words of this one's y axis."""
-    (row, column), own = places[number], shown[number].y
-    beside = [shown[each].y for each, place in places.items() if place == (row, column - 1)]
-    return own.group != "" and any(own.label == other.label and own.group == other.group for other in beside)
+def _is_named_beside(panel: Panel, beside: Sequence[Panel]) -> bool:
+    """Whether a panel of the stack on the left has the words of this one's y axis."""
+    own = panel.y
+    return own.group != "" and any(own.label == each.y.label and own.group == each.y.group for each in beside)
 
 
 def _side(panel: Panel, side: str) -> Axis:

@@ -213,21 +213,7 @@ def _element(axes: Axes, element: Element, label: str) -> None:
     labelled = common | {"label": label}
     match element:
         case of.Line():
-            step: dict[str, Any] = {"drawstyle": "steps-post"} if element.is_stepped else {}
-            symbols: dict[str, Any] = {
-                "marker": MARKERS[element.symbol],
-                "markersize": 4,
-                "markevery": _every(len(element.x), element.most_symbols),
-            }
-            axes.plot(
-                element.x,
-                element.y,
-                linestyle=LINES[element.dash],
-                linewidth=element.width,
-                **symbols,
-                **step,
-                **labelled,
-            )
+            _line(axes, element, labelled)
         case of.Points():
             _points(axes, element, labelled)
         case of.Band():
@@ -240,16 +226,7 @@ def _element(axes: Axes, element: Element, label: str) -> None:
         case of.Bars():
             _bars(axes, element, labelled)
         case of.Level():
-            is_flat = element.along == "y"
-            (axes.axhline if is_flat else axes.axvline)(
-                element.at, linestyle=LINES[element.dash], linewidth=element.width, **labelled
-            )
-            if element.label:
-                place = (0.01, element.at) if is_flat else (element.at, 0.97)
-                across = axes.get_yaxis_transform() if is_flat else axes.get_xaxis_transform()
-                style: dict[str, Any] = {"va": "bottom"} if is_flat else {"va": "top", "rotation": 90, "ha": "right"}
-                ground = {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.5}
-                axes.text(*place, element.label, transform=across, fontsize=SMALL, color=colour, bbox=ground, **style)
+            _level(axes, element, labelled)
         case of.Span():
             (axes.axhspan if element.along == "y" else axes.axvspan)(element.low, element.high, linewidth=0, **labelled)
         case of.Words():
@@ -270,6 +247,25 @@ def _element(axes: Axes, element: Element, label: str) -> None:
             axes.plot(element.x, element.y, element.z, linewidth=element.width, **labelled)
         case _:
             raise TypeError(f"picture: expected an element of a chart, got {type(element).__name__}")
+
+
+def _line(axes: Axes, element: of.Line, labelled: dict[str, Any]) -> None:
+    style: dict[str, Any] = {"linestyle": LINES[element.dash], "linewidth": element.width}
+    style |= {"drawstyle": "steps-post"} if element.is_stepped else {}
+    every = _every(len(element.x), element.most_symbols)
+    axes.plot(element.x, element.y, marker=MARKERS[element.symbol], markersize=4, markevery=every, **style, **labelled)
+
+
+def _level(axes: Axes, element: of.Level, labelled: dict[str, Any]) -> None:
+    is_flat = element.along == "y"
+    draw = axes.axhline if is_flat else axes.axvline
+    draw(element.at, linestyle=LINES[element.dash], linewidth=element.width, **labelled)
+    if element.label:
+        place = (0.01, element.at) if is_flat else (element.at, 0.97)
+        across = axes.get_yaxis_transform() if is_flat else axes.get_xaxis_transform()
+        style: dict[str, Any] = {"va": "bottom"} if is_flat else {"va": "top", "rotation": 90, "ha": "right"}
+        style |= {"bbox": {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.5}, "color": labelled["color"]}
+        axes.text(*place, element.label, transform=across, fontsize=SMALL, **style)
 
 
 def _every(n_point: int, most: int) -> int:

@@ -52,6 +52,24 @@ def _template(said: str) -> str:
     return re.sub(r"\{([xyz])(:[^}]*)?\}", r"%{\1\2}", said) + "<extra></extra>"
 
 
+def _steps(is_stepped: bool) -> Layout:
+    """Of a line: each value holds up to the next point."""
+    return {"shape": "hv"} if is_stepped else {}
+
+
+def _area(element: of.Area, colour: str) -> Trace:
+    made: Trace = {"type": "scatter", "mode": "lines", "fill": "toself", "fillcolor": colour}
+    made |= {"x": [*element.x, element.x[0]], "y": [*element.y, element.y[0]]}
+    return made | {"line": {"color": PALETTE[element.edge], "width": 1}, "hoverinfo": "skip"}
+
+
+def _heat(element: of.Heat, colour: str) -> Trace:
+    written = [[f"{100 * share:.0f}" if share else "" for share in row] for row in element.shares]
+    made: Trace = {"type": "heatmap", "z": element.shares, "text": written, "texttemplate": "%{text}"}
+    made |= {"colorscale": [[0, faded(colour, PALEST)], [1, colour]], "showscale": False}
+    return made | {"zmin": 0, "zmax": 1}
+
+
 class PanelTraces:
     """Elements of one panel as traces, shapes and annotations of its axes."""
 
@@ -78,98 +96,21 @@ class PanelTraces:
         common |= self._said(element)
         match element:
             case of.Line():
-                style = {"color": colour, "width": 1.15 * element.width, "dash": element.dash} | (
-                    {"shape": "hv"} if element.is_stepped else {}
-                )
-                xy = {"x": self.x(element.x), "y": self.y(element.y)}
-                symbols = (
-                    {
-                        "marker": {
-                            "symbol": SYMBOLS[element.symbol],
-                            "size": 6,
-                            "color": colour,
-                            "maxdisplayed": element.most_symbols,
-                        }
-                    }
-                    if element.symbol
-                    else {}
-                )
-                yield {
-                    "type": "scatter",
-                    "mode": "lines+markers" if element.symbol else "lines",
-                    "line": style,
-                    **xy,
-                    **symbols,
-                    **common,
-                }
+                yield self._line(element, colour) | common
             case of.Points():
                 yield {"type": "scatter", "mode": "markers", **self._points(element, colour), **common}
             case of.Band():
-                shape = {"shape": "hv"} if element.is_stepped else {}
-                edge = {
-                    **common,
-                    "type": "scatter",
-                    "mode": "lines",
-                    "x": self.x(element.x),
-                    "line": {"width": 0, **shape},
-                    "hoverinfo": "skip",
-                }
-                yield {**edge, "y": self.y(element.high), "showlegend": False}
-                yield {
-                    **edge,
-                    "y": self.y(element.low),
-                    "fill": "tonexty",
-                    "fillcolor": faded(colour, FAINT * element.opacity),
-                    "opacity": 1,
-                }
+                yield from self._band(element, colour, common)
             case of.Boxes():
                 yield from self._boxes(element, colour, common)
             case of.Bars():
                 yield self._bars(element, colour, common)
             case of.Area():
-                ring = {
-                    "x": [*element.x, element.x[0]],
-                    "y": [*element.y, element.y[0]],
-                    "line": {"color": PALETTE[element.edge], "width": 1},
-                }
-                yield {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "fill": "toself",
-                    "fillcolor": colour,
-                    **ring,
-                    "hoverinfo": "skip",
-                    **common,
-                }
+                yield _area(element, colour) | common
             case of.Heat():
-                written = [[f"{100 * share:.0f}" if share else "" for share in row] for row in element.shares]
-                scale = [[0, faded(colour, PALEST)], [1, colour]]
-                more = {
-                    "text": written,
-                    "texttemplate": "%{text}",
-                    "colorscale": scale,
-                    "showscale": False,
-                    "zmin": 0,
-                    "zmax": 1,
-                }
-                yield {"type": "heatmap", "z": element.shares, **more, **common}
+                yield _heat(element, colour) | common
             case of.Space():
-                scene = {
-                    "scene": f"scene{self.end}",
-                    "hoverinfo": "skip",
-                    "name": element.name,
-                    "legendgroup": element.name,
-                }
-                style = {"color": colour, "width": 3 * element.width}
-                yield {
-                    "type": "scatter3d",
-                    "mode": "lines",
-                    "x": element.x,
-                    "y": element.y,
-                    "z": element.z,
-                    "line": style,
-                    **scene,
-                }
+                yield self._space(element, colour)
             case of.Level() | of.Span() | of.Words():
                 pass  # shapes and notes
             case _:
@@ -244,6 +185,28 @@ class PanelTraces:
         if isinstance(element.said, str):
             return {"hovertemplate": _template(element.said)} if element.said else {}
         return {"hovertext": list(element.said), "hovertemplate": "%{hovertext}<extra></extra>"}
+
+    def _line(self, element: of.Line, colour: str) -> Trace:
+        style = {"color": colour, "width": 1.15 * element.width, "dash": element.dash}
+        made: Trace = {"type": "scatter", "mode": "lines", "line": style | _steps(element.is_stepped)}
+        made |= {"x": self.x(element.x), "y": self.y(element.y)}
+        if element.symbol:
+            symbol = {"symbol": SYMBOLS[element.symbol], "size": 6, "color": colour}
+            made |= {"mode": "lines+markers", "marker": symbol | {"maxdisplayed": element.most_symbols}}
+        return made
+
+    def _band(self, element: of.Band, colour: str, common: Trace) -> Iterator[Trace]:
+        """Its upper end, and its lower one filled up to that."""
+        edge = {**common, "type": "scatter", "mode": "lines", "x": self.x(element.x)}
+        edge |= {"line": {"width": 0, **_steps(element.is_stepped)}, "hoverinfo": "skip"}
+        fill = {"fill": "tonexty", "fillcolor": faded(colour, FAINT * element.opacity), "opacity": 1}
+        yield {**edge, "y": self.y(element.high), "showlegend": False}
+        yield {**edge, "y": self.y(element.low), **fill}
+
+    def _space(self, element: of.Space, colour: str) -> Trace:
+        made: Trace = {"type": "scatter3d", "mode": "lines", "x": element.x, "y": element.y, "z": element.z}
+        made |= {"line": {"color": colour, "width": 3 * element.width}, "scene": f"scene{self.end}"}
+        return made | {"hoverinfo": "skip", "name": element.name, "legendgroup": element.name}
 
     def _points(self, element: of.Points, colour: str) -> Trace:
         is_thin = element.symbol in THIN
