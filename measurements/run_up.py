@@ -54,23 +54,7 @@ def run_up(
             f"{path}: expected speeds from {low:g} to {high:g} rpm, got {min(rows.speed):g} to {max(rows.speed):g} rpm;"
             " change speed_from or speed_to"
         )
-    first_lines: dict[ChannelCells, int] = {}
-    by_speed: dict[tuple[float, int], dict[ChannelCells, int]] = {}  # and by how many times it was measured before
-    for index in used:
-        speed, channel, line = rows.speed[index], rows.channel[index], rows.line[index]
-        first_lines.setdefault(channel, line)
-        earlier = 0
-        while channel in (there := by_speed.setdefault((speed, earlier), {})) and repeats:
-            earlier += 1
-        if channel in there:
-            raise OpenQuestion(
-                f"{path} line {line}: expected each speed and channel once, got {speed:g} rpm, {Channel(*channel)} again"
-                f" after line {rows.line[there[channel]]}; average them (measurement.repeats=average), or keep one",
-                "repeats",
-                ("AVERAGE",),
-                "average",
-            )
-        there[channel] = index
+    first_lines, by_speed = _by_speed(rows, used, path, repeats)
     complete = sorted(speed for speed, there in by_speed.items() if len(there) == len(first_lines))
     dropped = len(by_speed) - len(complete)
     if dropped and not drop:
@@ -98,6 +82,30 @@ def run_up(
         remarks=tuple(remarks),
         order=order,
     )
+
+
+def _by_speed(
+    rows: Rows, used: Sequence[int], path: str, repeats: bool
+) -> tuple[dict[ChannelCells, int], dict[tuple[float, int], dict[ChannelCells, int]]]:
+    """The first line of each channel; and the row of each channel by speed and by how many times it was measured there before."""
+    first_lines: dict[ChannelCells, int] = {}
+    by_speed: dict[tuple[float, int], dict[ChannelCells, int]] = {}
+    for index in used:
+        speed, channel, line = rows.speed[index], rows.channel[index], rows.line[index]
+        first_lines.setdefault(channel, line)
+        earlier = 0
+        while channel in (there := by_speed.setdefault((speed, earlier), {})) and repeats:
+            earlier += 1
+        if channel in there:
+            raise OpenQuestion(
+                f"{path} line {line}: expected each speed and channel once, got {speed:g} rpm, {Channel(*channel)} again"
+                f" after line {rows.line[there[channel]]}; average them (measurement.repeats=average), or keep one",
+                "repeats",
+                ("AVERAGE",),
+                "average",
+            )
+        there[channel] = index
+    return first_lines, by_speed
 
 
 def _refuse_incomplete(
