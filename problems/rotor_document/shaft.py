@@ -110,7 +110,7 @@ def _is_stiff(segment: ShaftSegment) -> bool:
 def _segment(block: Block, units: Units, materials: Mapping[str, Material], length: float) -> ShaftSegment:
     optional = (
         "inner_diameter", "outer_diameter_right", "inner_diameter_right", "stiffness_outer_diameter", "layers", "axial_force",
-        "theory", "rotary_inertia", "gyroscopic", "shear_coefficient", "internal_damping", "standing_damping",
+        "theory", "rotary_inertia", "gyroscopic", "shear_coefficient", "internal_damping", "loss_factor", "standing_damping",
     )  # fmt: skip
     block.check_keys(("length", "outer_diameter", "material", "elements"), optional)
     outer, inner = _radii(block, units)
@@ -130,6 +130,7 @@ def _segment(block: Block, units: Units, materials: Mapping[str, Material], leng
         "gyroscopic": _truth(block, "gyroscopic"),
         "axial_force": _optional(block, units, "axial_force", "force") or 0.0,
         "internal_damping": _number(block, "internal_damping", "s", at_least=0) or 0.0,
+        "loss_factor": _number(block, "loss_factor", at_least=0, at_most=1) or 0.0,
         "standing_damping": _standing(block),
     }
     return inside(block, "", lambda: ShaftSegment(length, outer, **numbers))

@@ -9,14 +9,19 @@ import scipy.linalg
 from scipy.integrate import quad
 
 from ksmea.errors import SettingError
+from ksmea.measurement.channel import Channel
+from ksmea.problem.parameters import Parameter
 from problems.rotor.finite_elements import shaft
 from problems.rotor.finite_elements.assembly import assemble, assemble_free, displacement_row
 from problems.rotor.finite_elements.bearing import Bearing
-from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.mesh import element_at, elements
 from problems.rotor.finite_elements.sections import rings
 from problems.rotor.finite_elements.segments import CouplingSegment, Disk, Layer, Material, ShaftSegment
 from problems.rotor.free_motion.modes import eigenpairs
+from problems.rotor.response.dense import dense_response
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import BearingTarget, Unknown
 
 STEEL = Material(2.1e11, 7850.0, 0.3)
 SLEEVE = Material(6895.0, 7850.0, 0.3)  # 1 psi: a mass that carries no load
@@ -262,3 +267,44 @@ def test_damping_of_segments_is_that_of_the_whole_shaft_where_all_have_it():
 def test_what_is_no_section_is_refused(make, words):
     with pytest.raises(SettingError, match=words):
         make()
+
+
+def hysteretic(loss_factor):
+    """A shaft on two stiff bearings with external damping, so that its forward mode is driven by the loss factor alone."""
+    segment = ShaftSegment(0.4, 0.01, STEEL, 6, loss_factor=loss_factor)
+    bearings = (Bearing(0.0, kxx=1e9, kyy=1e9), Bearing(0.4, kxx=1e9, kyy=1e9))
+    return Rotor((segment,), bearings=bearings, unbalance=(UnbalancePlane(0.2, 1e-6),))
+
+
+def test_hysteresis_of_the_turning_shaft_drives_forward_whirl_and_damps_backward_whirl():
+    """Of a mode below the spin speed that is all bending, λ² = −ω² (1 ∓ iη): σ = ±ηω/2, forward up, backward down, at any spin."""
+    rotor = hysteretic(0.02)
+    for speed in (2000.0, 4000.0):
+        values = eigenpairs(assemble(rotor, speed), speed)[0]
+        lowest = sorted(values[values.imag > 10], key=lambda value: value.imag)[:2]
+        backward, forward = sorted(lowest, key=lambda value: value.real)
+        assert forward.real == pytest.approx(0.02 * forward.imag / 2, rel=5e-3)  # the bearings bend a little too
+        assert backward.real == pytest.approx(-0.02 * backward.imag / 2, rel=5e-3)
+
+
+def test_a_bent_shaft_that_turns_along_feels_no_hysteresis():
+    """Forward motion at 1X is a constant bend of the shaft; on bearings unlike in x and y its backward part is damped."""
+    channels = (Channel(0.2, "x"), Channel(0.2, "y"))
+    speed = np.linspace(100.0, 900.0, 9)
+    plain, lossy = (dense_response(each, speed, channels) for each in (hysteretic(0.0), hysteretic(0.02)))
+    np.testing.assert_allclose(lossy, plain, rtol=1e-9)
+    unlike = (Bearing(0.0, kxx=1e6, kyy=3e5), Bearing(0.4, kxx=1e6, kyy=3e5))
+    both = [
+        dense_response(dataclasses.replace(hysteretic(loss), bearings=unlike), speed, channels) for loss in (0.0, 0.02)
+    ]
+    assert np.abs(both[1] / both[0] - 1).max() > 1e-4
+
+
+def test_the_reduction_has_hysteresis_as_the_dense_route_has_it():
+    rotor = dataclasses.replace(
+        hysteretic(0.05), bearings=(Bearing(0.0, kyy=4e5, cxx=50, cyy=80), hysteretic(0).bearings[1])
+    )
+    unknown = Unknown(Parameter("k", "N/m", 1.0, 1e5, 1e6), (BearingTarget(0, "kxx"),))
+    problem = RotorProblem(rotor, (unknown,), np.linspace(100.0, 900.0, 9), (Channel(0.2, "x"), Channel(0.1, "y")))
+    x = np.array([[2e5], [7e5]])
+    np.testing.assert_allclose(problem.response(x), problem.dense_response(x), rtol=1e-9)

@@ -152,6 +152,9 @@ def _stiffness_change(below: Rotor, above: Rotor, speed: Array, motion: ComplexA
         "gyroscopic": 1j * omega**2,
     }
     total = np.zeros_like(motion)
+    before, after = first.hysteresis(1.0), second.hysteresis(1.0)
+    if before is not None and after is not None:
+        total += (after[0] - before[0] + 1j * (after[1] - before[1])) @ motion
     for name, factor in factors.items():
         matrix = getattr(second, name) - getattr(first, name)
         if np.any(matrix):

@@ -7,7 +7,7 @@ comes with damping that turns with the shaft, which sees the velocity q̇ − Ω
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TypeVar
 
@@ -35,13 +35,36 @@ class Matrices:
     gyroscopic: Array
     stiffness: Array
     circulatory: Array
+    # H, N/m, of hysteretic damping that turns with the shaft, which sees forward whirl at ω − Ω and backward whirl at ω + Ω: a force
+    # iH q in each, with the sign of its frequency. None: there is none
+    hysteretic: Array | None = None
+
+    def hysteresis(self, harmonic: float) -> tuple[Array, Array] | None:
+        """What H adds to the dynamic stiffness of a motion at ω = hΩ, real and imaginary part: iH (sgn(h − 1) P_f + P_b), P_f and P_b the
+        parts of a motion that whirl forward and backward (E. S. Zorzi & H. D. Nelson, J. Eng. Power 99 (1977) 71–76)."""
+        if self.hysteretic is None:
+            return None
+        sign, crossed = float(np.sign(harmonic - 1)), self._crossed
+        return (1 - sign) / 2 * crossed, (1 + sign) / 2 * self.hysteretic
+
+    @property
+    def _crossed(self) -> Array:
+        assert self.hysteretic is not None
+        return self.hysteretic @ np.kron(np.eye(len(self.mass) // DOF_PER_NODE), AGAINST_SPIN)
+
+    def below_spin(self) -> Matrices:
+        """For free motions slower than the spin, in which H drives forward whirl and damps backward whirl, whatever the frequency; faster
+        forward ones are damped by it, and are not here."""
+        if self.hysteretic is None:
+            return self
+        return replace(self, stiffness=self.stiffness + self._crossed, hysteretic=None)
 
 
 def assemble(rotor: Rotor, speed: float = 0.0) -> Matrices:
     """The matrices of a rotor on its bearings and seals at a spin speed (rad/s), at which their tables are read. Housings on pedestals
     have two degrees of freedom each, behind those of the shaft; a pedestal's loss factor makes its stiffness complex (for motions of
     positive frequency), and its measured dynamic stiffness is a spring and a damper, those at the frequency of rotation."""
-    free, supported = assemble_free(rotor), rotor.supported
+    free, supported = assemble_free(rotor).below_spin(), rotor.supported
     n_dof = len(free.mass)
     housings = [index for index, bearing in enumerate(supported) if bearing.pedestal is not None]
     n_whole = n_dof + 2 * len(housings)
@@ -100,9 +123,12 @@ def assemble_free(rotor: Rotor) -> Matrices:
         damping = damping + turning + chained(of_elements(rotor, shaft.segment_damping))
         circulatory = circulatory + turning @ np.kron(np.eye(len(rotor.node_positions)), AGAINST_SPIN)
         stiffness = stiffness + chained(of_elements(rotor, shaft.segment_tension))
+    hysteretic = None
+    if any(isinstance(segment, ShaftSegment) and segment.loss_factor for segment in rotor.segments):
+        hysteretic = chained(of_elements(rotor, shaft.segment_loss))
     for matrix in (mass, damping, gyroscopic, stiffness, circulatory):
         matrix.flags.writeable = False
-    return Matrices(mass, damping, gyroscopic, stiffness, circulatory)
+    return Matrices(mass, damping, gyroscopic, stiffness, circulatory, hysteretic)
 
 
 def _is_plain(segment: ShaftSegment) -> bool:

@@ -82,6 +82,7 @@ class ShaftSegment:
     gyroscopic: bool = True
     axial_force: float = 0.0  # N, tension
     internal_damping: float = 0.0  # s, of the turning shaft in proportion to its stiffness
+    loss_factor: float = 0.0  # η of hysteretic damping of the turning shaft
     standing_damping: tuple[float, float] = (0.0, 0.0)  # 1/s and s: in proportion to mass and stiffness, on the ground
 
     def __post_init__(self) -> None:
@@ -89,6 +90,8 @@ class ShaftSegment:
         require_rings("shaft segment", self)
         require_not_negative("shear flexibility of a shaft segment", self.shear_flexibility, "times Timoshenko's")
         require_not_negative("internal damping of a shaft segment", self.internal_damping, "s")
+        if not 0 <= self.loss_factor <= 1:
+            raise SettingError(f"loss factor of a shaft segment: expected a number from 0 to 1, got {self.loss_factor}")
         for value, unit in zip(self.standing_damping, ("1/s", "s"), strict=True):
             require_not_negative("standing damping of a shaft segment", value, unit)
         if self.stiffness_outer_radius is not None:

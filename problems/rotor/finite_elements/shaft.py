@@ -174,6 +174,13 @@ def segment_internal_damping(element: Element) -> Array:
     return element.segment.internal_damping * element_matrices(element).stiffness
 
 
+def segment_loss(element: Element) -> Array:
+    """Its loss factor times its stiffness, (8, 8) N/m."""
+    if isinstance(element.segment, CouplingSegment) or not element.segment.loss_factor:
+        return np.zeros((8, 8))
+    return element.segment.loss_factor * element_matrices(element).stiffness
+
+
 def segment_tension(element: Element) -> Array:
     """Stiffness by the tension of its own segment, (8, 8) N/m."""
     if isinstance(element.segment, CouplingSegment) or not element.segment.axial_force:

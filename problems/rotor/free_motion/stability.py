@@ -89,7 +89,7 @@ class LowModes:
 def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = (), least: int = MIN_MODES) -> LowModes:
     """The rotor on springs about as stiff as its bearings: modes up to `REACH` times a speed (rad/s), `least` or more, and its
     deflections under forces at the bearings and at further positions (m)."""
-    free = assemble_free(rotor)
+    free = assemble_free(rotor).below_spin()
     dof = ports_of(rotor, rotor.supported)
     stiffness = free.stiffness.copy()
     np.add.at(stiffness, (dof, dof), nominal_springs(rotor.supported))
@@ -275,7 +275,7 @@ def is_passive(
     shaft = [segment for segment in rotor.segments if isinstance(segment, ShaftSegment)]
     shaft_takes_energy = (
         rotor.internal_damping == 0
-        and all(segment.internal_damping == 0 for segment in shaft)
+        and all(segment.internal_damping == 0 and segment.loss_factor == 0 for segment in shaft)
         and all(rotor.axial_force + segment.axial_force >= 0 for segment in shaft)
     )
     supports_take_energy = all(

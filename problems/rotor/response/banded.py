@@ -39,6 +39,9 @@ def dynamic_stiffness_band(matrices: Matrices, speed: Array, harmonic: float = 1
     quadrature = band_of(np.stack([matrices.damping, matrices.gyroscopic]))
     band.real = np.tensordot(powers, in_phase, 1)
     band.imag = np.tensordot(omega[:, None] * powers[:, :2], quadrature, 1)
+    if (hysteresis := matrices.hysteresis(harmonic)) is not None:
+        band.real += band_of(hysteresis[0])
+        band.imag += band_of(hysteresis[1])
     return band
 
 

@@ -24,7 +24,10 @@ def dynamic_stiffness(matrices: Matrices, speed: Array, harmonic: float = 1.0) -
     spin = np.asarray(speed)[:, None, None]
     omega = harmonic * spin
     conservative = matrices.stiffness + spin * matrices.circulatory - omega**2 * matrices.mass
-    return conservative + 1j * omega * (matrices.damping + spin * matrices.gyroscopic)
+    stiffness = conservative + 1j * omega * (matrices.damping + spin * matrices.gyroscopic)
+    if (hysteresis := matrices.hysteresis(harmonic)) is not None:
+        stiffness = stiffness + hysteresis[0] + 1j * hysteresis[1]
+    return np.asarray(stiffness)
 
 
 def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> ComplexArray:
