@@ -17,6 +17,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ksmea.arrays import Array, ComplexArray
 from ksmea.problem.load import FORCE, LOADS, Load
 from ksmea.settings.settings import setting
@@ -27,7 +29,7 @@ from problems.rotor.extension.effect import (
     unbalance_scale,
 )
 from problems.rotor.extension.sizes import Size, VectorSize
-from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
 from problems.rotor.finite_elements.loads import forward_load
 from problems.rotor.response.problem import RotorProblem
 
@@ -41,7 +43,10 @@ class CouplingMisalignment(PlacedEffect):
     """A coupling pushes or bends the end of the shaft, once per turn, and perhaps twice."""
 
     position: float | None = setting(
-        None, "the end of the shaft that is coupled; null: the far one, at its whole length", unit="m", at_least=0
+        None,
+        "where the shaft is coupled; null: the first coupling of the rotor file, or the far end without any",
+        unit="m",
+        at_least=0,
     )
     kind: str = setting(FORCE, "what acts: a force (parallel offset) or a moment (angular offset)", choices=LOADS)
     twice: bool = setting(False, "whether it acts twice per turn too; data that hold 2X ask for it")
@@ -67,15 +72,21 @@ class CouplingMisalignment(PlacedEffect):
         return f"{self.kind} at {'the far end' if self.position is None else f'{self.position:g} m'}"
 
     def locations(self, problem: RotorProblem) -> Sequence[CouplingMisalignment]:
-        """A force and a moment at each end, twice per turn too where that is measured."""
+        """A force and a moment at each coupling of the rotor, moments at nodes, or at each end of a rotor that names none; twice per turn
+        too if that is measured."""
         twice = self.twice or any(channel.harmonic == TWICE for channel in problem.channels)
-        ends = (0.0, float(problem.rotor.node_positions[-1]))
+        nodes, rotor = problem.rotor.node_positions, problem.rotor
+        places = rotor.couplings or (0.0, float(nodes[-1]))
         return [
-            dataclasses.replace(self, position=end, kind=quantity, twice=twice) for quantity in LOADS for end in ends
+            dataclasses.replace(self, position=place, kind=quantity, twice=twice)
+            for quantity in LOADS
+            for place in places
+            if quantity == FORCE or np.min(np.abs(nodes - place)) <= SAME_PLACE * rotor.length
         ]
 
     def placed_on(self, problem: RotorProblem) -> CouplingMisalignment:
-        end = float(problem.rotor.node_positions[-1])
+        rotor = problem.rotor
+        end = rotor.couplings[0] if rotor.couplings else float(rotor.node_positions[-1])
         return dataclasses.replace(self, position=end) if self.position is None else super().placed_on(problem)
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:

@@ -1,4 +1,4 @@
-"""What a rotor file says, made into a rotor with its unknowns, speeds and channels; docs/examples/rotor.yaml shows it.
+"""Contents of a rotor file as a rotor with its unknowns, speeds and channels; docs/examples/rotor.yaml is an example.
 
 Whatever is not named as optional there has to be in the file: nothing is guessed.
 """

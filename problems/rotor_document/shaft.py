@@ -67,7 +67,7 @@ def _implausible(block: Block, modulus: float) -> Exception:
 def read_shaft(
     blocks: Sequence[Block], units: Units, materials: Mapping[str, Material], named: Block, mesh: int | None
 ) -> tuple[Segment, ...]:
-    """Segments from left to right; `mesh` elements replace those of the file, `named` holds the materials."""
+    """Segments from left to right; `mesh` elements replace the number in the file, `named` holds the materials."""
     lengths = [units.quantity(block, "length", "length", above=0) for block in blocks]
     segments = [
         _coupling(block, units, length) if "coupling" in block.values else _segment(block, units, materials, length)

@@ -1,4 +1,4 @@
-"""Tables over speed of a rotor file: lists in it, or a CSV or Excel sheet beside it, whose columns are named with their units.
+"""Tables over speed of a rotor file: lists in it, or a separate CSV or Excel sheet, whose columns are named with their units.
 
 The units of a sheet stand in its headings, `kxx [lbf/in]`, or in a row of their own below them; they are never guessed.
 """

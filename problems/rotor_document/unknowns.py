@@ -39,7 +39,7 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 def read_unknowns(
     blocks: Sequence[Block], units: Units, counts: Mapping[str, int]
 ) -> tuple[tuple[Unknown, ...], dict[str, float]]:
-    """The unknowns, and the reference values of those that have one, SI; `counts` says how many of each thing there are."""
+    """The unknowns, and the reference values of all that have one, SI; `counts` says how many of each thing there are."""
     unknowns: list[Unknown] = []
     reference: dict[str, float] = {}
     owners: dict[object, str] = {}

@@ -67,7 +67,7 @@ def tables_of(rotor: ImportedRotor) -> list[Mapping[str, list[float]]]:
 
 
 def speeds_of_tables(rotor: ImportedRotor) -> tuple[float, float] | None:
-    """The range (rad/s) that all tables have, of speeds that machines turn at; None if there is no table, or no common range."""
+    """Speed range (rad/s) common to all tables, within speeds that machines turn at; None without a table or a common range."""
     ranges = [next(iter(table.values())) for table in tables_of(rotor)]
     if not ranges:
         return None

@@ -76,7 +76,7 @@ def _unknown_coefficients(entry: Entry) -> list[str]:
 
 
 def _asked(rotor: ImportedRotor, wanted: Wanted, highest: float) -> Iterator[str]:
-    """Unbalance, probes and unknowns: as asked for, or as lines to be changed and uncommented."""
+    """Unbalance, probes and unknowns: as requested, or as lines to be changed and uncommented."""
     length = sum(entry["length"] for entry in rotor.shaft)
     yield ""
     mark = "" if wanted.unbalance else "# "

@@ -316,3 +316,11 @@ def test_the_response_is_a_rational_function_of_factors_masses_and_supports(unkn
     u, expected = samples(20)
     found = predictor.predict(u).reshape(expected.shape)
     assert np.max(np.abs(found - expected) / np.abs(expected).max(axis=0)) < 1e-8  # rounding of a null vector
+
+
+def test_a_coupling_of_the_rotor_is_where_misalignment_acts():
+    effect = create("effect", "coupling_misalignment", {})
+    named = problem_with(UNKNOWNS, couplings=(0.64, 0.7))  # a node, and a place between two
+    assert [str(each) for each in effect.locations(named)] == ["force at 0.64 m", "force at 0.7 m", "moment at 0.64 m"]
+    assert str(effect.placed_on(named)) == "force at 0.64 m"
+    assert len(effect.locations(problem_with(UNKNOWNS))) == 4  # both ends where none is named

@@ -141,7 +141,7 @@ class RotorWithEffects:
         return films
 
     def _films(self, inputs: Inputs, speed: Array, of_effects: list[Array], harmonic: float) -> ComplexArray:
-        """Those of bearings and seals alone."""
+        """Impedance of bearings and seals alone, at a harmonic of each speed."""
         films = at_harmonic(self.bearing_impedance(inputs, speed, of_effects), harmonic)
         if inputs.own.has_mass:
             films = films - inputs.bearings_at(speed)[2] * (harmonic * speed) ** 2

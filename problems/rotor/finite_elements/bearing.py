@@ -5,8 +5,8 @@ against the housing. K, C and M are functions of the speed of rotation Ω, a ped
 
 Supports of effects stand below that. What carries the bearings, in series with them: a spring with a loss factor and a mass in each axis, for each bearing or for all.
 
-With z_b the bearing's impedance and a the support's dynamic compliance, the shaft feels z = (1 + z_b a)⁻¹ z_b, which at
-a = 0 is that of a bearing on rigid ground. The compliance is a function of the frequency of the motion, whatever the spin
+With z_b the bearing's impedance and a the support's dynamic compliance, the shaft feels z = (1 + z_b a)⁻¹ z_b; a = 0 is
+a bearing on rigid ground. The compliance is a function of the frequency of the motion, whatever the spin
 speed is: a = s / (1 + iη sgn ω − s ω² m), s the compliance of the spring. Bearings that stand on a common support feel each
 other: it moves by v = a Σ z_b (q_b − v), so that bearing b pushes with z_b (q_b − v), v = (1 + a Σ z_b)⁻¹ a Σ z_b q_b.
 """
@@ -72,7 +72,7 @@ class SpeedTable:
 
     @cached_property
     def _kept(self) -> dict[bytes, Array]:
-        """Rows at the speeds that were asked for last: fits ask for the same ones again and again."""
+        """Rows at the speeds used last: fits evaluate the same ones again and again."""
         return {}
 
     def beyond(self, speed: Array) -> tuple[float, float] | None:
@@ -84,8 +84,8 @@ class SpeedTable:
 
 @dataclass(frozen=True)
 class Pedestal:
-    """The support of one bearing, between its housing and the ground: z = K (1 + iη sgn ω) + iωC − ω²M at a frequency ω of the motion, and
-    `dynamic_stiffness` beside it, if it was measured: eight columns, Re and Im of zxx zxy zyx zyy (N/m) over the frequency (rad/s)."""
+    """The support of one bearing, between its housing and the ground: z = K (1 + iη sgn ω) + iωC − ω²M at a frequency ω of the motion, plus
+    the `dynamic_stiffness`, if it was measured: eight columns, Re and Im of zxx zxy zyx zyy (N/m) over the frequency (rad/s)."""
 
     kxx: float = 0.0
     kxy: float = 0.0

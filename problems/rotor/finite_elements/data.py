@@ -144,7 +144,7 @@ class Rotor:
 
     @property
     def mass(self) -> float:
-        """Of all that turns, kg."""
+        """Mass of all that turns, kg."""
         of_shaft = sum(segment.mass for segment in self.segments)
         return of_shaft + sum(part.mass for part in (*self.disks, *self.masses))
 

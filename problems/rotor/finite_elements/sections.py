@@ -1,8 +1,8 @@
 """Shaft elements of any circular section: cones, layers, and diameters that differ for mass and for stiffness.
 
-Each ring of an element has shape functions of its own, those of a beam loaded at its nodes. With the left end held, the end load (P, M) bends
+Each ring of an element has shape functions of its own, of a beam loaded at its nodes. With the left end held, the end load (P, M) bends
 a section at s by ψ′ = (P (l − s) + M)/EI and shears it by P/(κGA), so that stiffness, deflection w and rotation ψ follow from integrals
-of 1/EI and 1/(κGA) along the ring, whatever its radii do; inertia is that of these shapes. Of a ring of constant section this is
+of 1/EI and 1/(κGA) along the ring, whatever its radii do; inertia uses these shapes. Of a ring of constant section this is
 the element of Nelson (`problems/rotor/finite_elements/shaft.py`), of a cone the static deflection is exact.
 
 Rings between the same two nodes share the motion of the nodes alone: their matrices add, as in other programs' layered models.
@@ -101,7 +101,7 @@ class Ring:
 
     @cached_property
     def stiffness(self) -> Array:
-        """Of one bending plane, (4, 4)."""
+        """Stiffness in one bending plane, (4, 4)."""
         relative = right_end(self.length)
         return np.asarray(relative.T @ np.linalg.solve(self.flexibility, relative))
 
@@ -133,7 +133,7 @@ def right_end(length: float) -> Array:
 
 
 def rings(element: Element) -> tuple[Ring, ...]:
-    """Those of an element, from the shaft itself outwards."""
+    """Rings of an element, from the shaft itself outwards."""
     segment = element.segment
     assert isinstance(segment, ShaftSegment), "a coupling"
     return _rings(segment, element.length, element.ends, element.hubs)

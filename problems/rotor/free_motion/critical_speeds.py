@@ -47,8 +47,8 @@ def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
 
 
 def _with_changing_bearings(rotor: Rotor, scanned: Array) -> Array:
-    """The same of a rotor whose bearings change with speed or stand on pedestals: scanned in the space of its lowest modes, each crossing
-    corrected with the whole rotor at its own speed."""
+    """Critical speeds of a rotor whose bearings change with speed or stand on pedestals: scanned in the space of its lowest
+    modes, each crossing corrected with the whole rotor at its own speed."""
     low = free_motion_of(rotor, float(scanned[-1]))
     found = _crossings(lambda speed: low.frequencies(np.array([speed]))[0], scanned)
 
@@ -72,7 +72,7 @@ def _pair_near(matrices: Matrices, speed: float) -> Eigenpair:
 
 
 def _crossings(frequencies: Callable[[float], Array], scanned: Array) -> Array:
-    """Where a natural frequency equals the spin speed, rising, rad/s, from all frequencies (n,) rad/s at each."""
+    """Rising spin speeds (rad/s) equal to a natural frequency, from all frequencies (n,) rad/s at each speed."""
     table = np.array([frequencies(speed) - speed for speed in scanned])  # (n_scan, n)
     intervals, curves = np.nonzero(np.sign(table[:-1]) * np.sign(table[1:]) < 0)
     crossings = []

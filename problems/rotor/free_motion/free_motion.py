@@ -166,7 +166,7 @@ class FreeMotion(FreeRotor):
 
 
 def free_motion_of(rotor: Rotor, highest: float) -> FreeMotion:
-    """That of a rotor whose numbers are all given, up to a frequency and spin speed (rad/s)."""
+    """Free motion of a rotor whose numbers are all given, up to a frequency and spin speed (rad/s)."""
 
     def bearings_at(speed: Array) -> tuple[Array, Array, Array]:
         parts = zip(*(bearing.matrices_at(speed) for bearing in rotor.supported))

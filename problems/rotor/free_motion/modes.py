@@ -29,7 +29,7 @@ OVERDAMPED = (
 
 
 def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
-    """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all. Shapes are those of the shaft."""
+    """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all. Shapes cover the shaft only."""
     matrices = assemble(rotor, speed)
     eigenvalues, vectors = eigenpairs(matrices, speed)
     oscillating = np.flatnonzero(eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues))

@@ -6,18 +6,18 @@ of the spin speed; supports are functions of λ and have degrees of freedom of t
 
 The rotor is seen in the space of its lowest modes and of its deflections under forces at the bearings, which leaves out
 only what lies far above the spin speed: free motions that grow whirl below it, or little above. With supports, e_l the
-deflections of support l, v those of the housings on pedestals of the rotor itself, and d = q_b − v − Σ T_l e_l those of the bearings (T_l
+deflections of support l, v of the housings on pedestals of the rotor itself, and d = q_b − v − Σ T_l e_l of the bearings (T_l
 takes a common support to each, else it is 1), and with f = (K_b + λ C_b + λ² M_b) d,
 
     λ² q + λ (C + ΩG) q + (K + ΩN) q + Pᵀ f = 0,   (1 + iη_l) e_l + λ² s_l m_l e_l − s_l T_lᵀ f = 0,   (K_p + λ C_p + λ² M_p) v − f = 0,
 
-which also holds for s_l = 0 and m_l = 0, where eigenvalues go to infinity and are left out. A loss factor is that of
-motions with ω > 0: the other half of the plane is no motion of the rotor.
+which also holds for s_l = 0 and m_l = 0, where eigenvalues go to infinity and are left out. A loss factor holds for
+motions with ω > 0: the other half of the plane has no motion of the rotor.
 
 M. I. Friswell, J. E. T. Penny, S. D. Garvey & A. W. Lees, Dynamics of Rotating Machines, 2010, chapters 5 and 7.
 
 Rotors that nothing feeds energy to are stable at every speed, which spares the eigenvalues of most of them. A free motion q e^{λt}, λ = σ + iω, of M, C, G, K with all that is attached leaves λ*(λ²M + λ(C + ΩG) + K + iH) q = 0 along q*,
-H the hysteretic part of supports. Where K is symmetric and there is no circulatory matrix, the real part is
+H the hysteretic part of supports. If K is symmetric and there is no circulatory matrix, the real part is
 
     σ (|λ|² m + k) = −(|λ|² c + ω h),      m, c, k, h the values of q*Mq, q*(C + Cᵀ)q/2, q*Kq and q*Hq,
 
@@ -136,7 +136,7 @@ def searched_speed(own: Array, asked: Array) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """What holds a rotor at n_speed spin speeds: matrices of bearings and seals (n_speed, n_supported, 2, 2) N/m, N s/m, kg, the supports of
+    """Supports of a rotor at n_speed spin speeds: matrices of bearings and seals (n_speed, n_supported, 2, 2) N/m, N s/m, kg, the supports of
     effects for one parameter set, from the bearing to the ground, and the pedestals of bearings by their index."""
 
     speed: Array

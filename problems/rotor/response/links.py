@@ -3,7 +3,7 @@
 A bearing on a pedestal is two links in series, z_f between the shaft and the housing and z_p between the housing and the ground. With
 S = (z_f + z_p)⁻¹ and shaft motion q at the bearing, the housing moves by v = S z_f q, and the shaft feels z_f − z_f S z_f. A force f on the
 housing moves it by S f more and pushes the shaft with z_f S f; a pair of forces f on the shaft and −f on the housing moves it by −S f.
-The port of the first link is the motion q − v, that of the second v, so that a change of either impedance is a change at its ports
+The port of the first link is the motion q − v, the port of the second is v, so that a change of either impedance is a change at its ports
 alone, as it is for a bearing on the ground.
 
 Numbers that are known are part of the rotor: they cost no port. Sign convention: real quantities are Re(· e^{iωt}); a link pushes the
@@ -34,8 +34,8 @@ NOMINAL_PHASE = np.exp(0.25j * np.pi)
 @dataclass(frozen=True)
 class Impedance:
     """The impedance of a bearing, or of its pedestal, from motion in direction `column` to force in direction `row` (0 is x, 1 is y).
-    Its ports are those of its `link`; −1: links are numbered as bearings are. `moved` is the link that moves where that is another
-    one, by way of what both stand on."""
+    Its ports are those of its `link`; −1: links are numbered as bearings are. `moved` is the link that moves, if another
+    one, by way of a common support."""
 
     bearing: int  # index in `Rotor.supported`
     row: int
@@ -163,7 +163,7 @@ def add_to_band(band: ComplexArray, bearings: Sequence[LinkedBearing]) -> None:
 
 
 def read_housings(rotor: Rotor, channels: Sequence[Channel], harmonic: float = 1.0) -> list[HousingReading]:
-    """Those channels of a harmonic that read against a housing."""
+    """Channels of a harmonic that read against a housing."""
     found = ((index, channel, rotor.housing_of(channel)) for index, channel in enumerate(channels))
     return [
         HousingReading(index, bearing, channel.cosines)
@@ -188,7 +188,7 @@ class LinksOfShaft:
         return all(self.bearings[bearing].carried is None for bearing, _ in self.links)
 
     def port_rows(self) -> Array | ComplexArray:
-        """What reads the ports, ([n_speed,] n_port, n_dof)."""
+        """Rows that read the ports, ([n_speed,] n_port, n_dof)."""
         if self.is_on_ground:
             return np.eye(self.n_dof)[[dof for bearing, _ in self.links for dof in self.bearings[bearing].dof]]
         return np.concatenate([self._spread(*link, of_force=False) for link in self.links], axis=1)
@@ -210,7 +210,8 @@ class LinksOfShaft:
         return np.asarray(own.motion(of_pedestal=of_pedestal) @ unit)
 
     def reading_rows(self, of_shaft: Array) -> Array | ComplexArray:
-        """What channels read, ([n_speed,] n_channel, n_dof), where `of_shaft` (n_channel, n_dof) reads the shaft against the ground."""
+        """Rows that read the channels, ([n_speed,] n_channel, n_dof); `of_shaft` (n_channel, n_dof) reads the shaft against the
+        ground."""
         if not self.readings:
             return of_shaft
         rows = np.tile(of_shaft.astype(complex), (self.n_speed, 1, 1))
@@ -220,8 +221,8 @@ class LinksOfShaft:
         return rows
 
     def beside_shaft(self, n_channel: int) -> ComplexArray:
-        """What unit forces at the ports do to ports and channels where the shaft is held, (n_speed, n_port + n_channel, n_port): a force on a
-        housing moves it, one between housing and shaft pushes it back."""
+        """Motion of ports and channels per unit force at the ports while the shaft is held, (n_speed, n_port + n_channel, n_port):
+        a force on a housing moves it, one between housing and shaft pushes it back."""
         n_port = PORTS_PER_LINK * len(self.links)
         found = np.zeros((self.n_speed, n_port + n_channel, n_port), dtype=complex)
         for place, (bearing, of_pedestal) in enumerate(self.links):
@@ -249,7 +250,7 @@ def _along(reading: HousingReading, matrices: ComplexArray | None) -> ComplexArr
 def nominal_impedances(
     rotor: Rotor, impedances: Sequence[Impedance], speed: Array, harmonic: float = 1.0
 ) -> ComplexArray:
-    """Of each impedance, (n_impedance, n_speed) N/m at a harmonic of each speed."""
+    """Nominal value of each impedance, (n_impedance, n_speed) N/m at a harmonic of each speed."""
     found = [_nominal_impedance(rotor.supported[item.bearing], item, speed, harmonic) for item in impedances]
     return np.array(found, dtype=complex).reshape(len(impedances), len(speed))
 

@@ -117,7 +117,7 @@ def finite(values: ComplexArray) -> ComplexArray:
 
 
 def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown], *, of_all_bearings: bool = False) -> tuple[Impedance, ...]:
-    """Those that may differ from nominal: of each bearing, seal or pedestal of which a number is unknown, or of all bearings and of
+    """Impedances that may differ from nominal: of each bearing, seal or pedestal of which a number is unknown, or of all bearings and of
     these seals and pedestals, all direct impedances and those cross-coupled ones that are given or unknown."""
     targets = [target for item in unknowns for target in item.targets]
     unknown = [

@@ -192,7 +192,7 @@ class PlainPhysics(Physics):
 def impedance_changes(
     reduction: Reduction, rotor: Rotor, target: BearingTarget | PedestalTarget
 ) -> list[tuple[int, int, ComplexArray]]:
-    """What a number that an unknown sets does to impedances: row and column of their ports, and ∂z/∂x (n_speed,)."""
+    """Changes of impedances per number that an unknown sets: row and column of their ports, and ∂z/∂x (n_speed,)."""
     speed, bearing = reduction.speed, rotor.supported[target.bearing]
     elastic = 1.0 + 0j
     if isinstance(target, PedestalTarget) and bearing.pedestal is not None:
@@ -227,7 +227,7 @@ def _chunks(n: int, reduction: Reduction) -> list[slice]:
 
 
 def _impedances(reduction: Reduction, inputs: Inputs) -> ComplexArray:
-    """Those of the reduction, (n_impedance, n, n_speed) N/m."""
+    """Impedances of the reduction, (n_impedance, n, n_speed) N/m."""
     stiffness, damping, mass = inputs.bearings_at(reduction.speed)
     n_film = len(reduction.entries[0])
     shape = len(reduction.impedances), len(inputs.origin), len(reduction.speed)

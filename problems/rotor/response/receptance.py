@@ -63,7 +63,7 @@ class Reduction:
 
     @cached_property
     def of_pedestals(self) -> tuple[Impedance, ...]:
-        """The impedances of pedestals, which follow those of bearings."""
+        """Impedances of pedestals, listed after the bearings."""
         return tuple(item for item in self.impedances if item.of_pedestal)
 
     def response_per_load(self, impedance: ComplexArray) -> ComplexArray:

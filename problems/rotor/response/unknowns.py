@@ -155,7 +155,7 @@ class Inputs:
         return parts[:, 0], parts[:, 1], parts[:, 2]
 
     def pedestals_of(self, index: int) -> tuple[tuple[int, Pedestal], ...]:
-        """Those of one parameter set, each with the index of its bearing."""
+        """Pedestals of one parameter set, each with the index of its bearing."""
         found = []
         for bearing, each in enumerate(self.rotor.supported):
             if each.pedestal is not None:
@@ -163,7 +163,7 @@ class Inputs:
         return tuple(found)
 
     def pedestal_impedance(self, bearing: int, frequency: Array) -> ComplexArray:
-        """That of the support of one bearing at frequencies (n_speed,) rad/s, (2, 2, n, n_speed) N/m."""
+        """Impedance of the support of one bearing at frequencies (n_speed,) rad/s, (2, 2, n, n_speed) N/m."""
         pedestal = self.rotor.supported[bearing].pedestal
         assert pedestal is not None, "a bearing without a support"
         stiffness, damping, mass = self.pedestals[:, bearing].T.reshape(3, 2, 2, -1, 1)
@@ -184,8 +184,8 @@ def columns_at(bearing: Bearing, speed: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class RotorNumbers:
-    """Those of a rotor that unknowns may set, as arrays, and which unknown sets which; the shapes are those of `Inputs` without their first
-    axis."""
+    """Numbers of a rotor that unknowns may set, as arrays, and which unknown sets which; shapes as in `Inputs`, without the
+    first axis."""
 
     rotor: Rotor
     coefficients: Array
@@ -353,7 +353,7 @@ def _has_column(bearing: Bearing, target: BearingTarget) -> bool:
 
 
 def unknown_impedances(unknowns: Sequence[Unknown]) -> tuple[UnknownImpedance, ...]:
-    """What unknowns set of the dynamic stiffness, which is linear in it: for entries of bearings that share their unknown stiffness, damping
+    """Parts of the dynamic stiffness that unknowns set, linear in them: for entries of bearings that share their unknown stiffness, damping
     and mass, and for each factor of a table and each number of a pedestal by itself, with the rank of what it scales."""
     entries: dict[tuple[int, int], list[str]] = defaultdict(
         lambda: ["", "", ""]
