@@ -86,6 +86,7 @@ class RotorLayout:
     seals: tuple[BearingPlace, ...] = ()
     masses: tuple[DiskOutline, ...] = ()  # lumped
     couplings: tuple[float, ...] = ()  # places, m
+    housings: tuple[int | None, ...] = ()  # of each probe: the bearing or seal, from 0, that carries it; None: ground
     sag: Array | None = None  # (n_node,) m below the line through the outer bearings, under the weight
 
     @property

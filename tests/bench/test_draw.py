@@ -1,6 +1,8 @@
 """`draw`: a rotor to scale and how it whirls, from the words of a command to its files; what its figures show."""
 
+import dataclasses
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 
 from ksmea import load_problem
 from ksmea.errors import SettingError
-from ksmea.rotordynamics.layout import EffectMark
+from ksmea.rotordynamics.layout import EffectMark, ShaftSection
 from ksmea.rotordynamics.whirl import CriticalSpeedMap
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Area, Points, Words
@@ -120,6 +122,44 @@ def test_the_rotor_is_drawn_to_scale(drawing):
     words = " ".join(each.text for each in panel.elements if isinstance(each, Words))
     for each in ("bearing 1", "bearing 2", "disk 3", "unbalance 200 g mm", "probe x, y", "500"):
         assert each in words
+
+
+def crowded_layout(layout):
+    """91 sections with sleeves and a cone, 7 disks, 2 bearings, one of them on a pedestal, and 12 seals."""
+    length = layout.length
+    ends = np.linspace(0.0, length, 92)
+    sections = tuple(ShaftSection(a, b, 0.04, 0.0, 0.05 if number == 3 else None) for number, (a, b) in
+                     enumerate(pairwise(ends)))  # fmt: skip
+    layers = tuple(ShaftSection(a, b, 0.06, 0.04, kind="layer") for a, b in zip(ends[10:80:2], ends[11:80:2]))
+    at = np.linspace(0.25, 0.75, 12) * length
+    first, last = layout.bearings
+    return dataclasses.replace(
+        layout, sections=sections, layers=layers, sag=1e-4 * np.sin(np.pi * layout.node_positions / length),
+        disks=tuple(dataclasses.replace(layout.disks[0], position=place, thickness=0.01) for place in at[:7]),
+        bearings=(first, dataclasses.replace(last, has_pedestal=True)), couplings=(0.0,), masses=layout.disks[:1],
+        seals=tuple(dataclasses.replace(first, position=place) for place in at),
+        housings=(None, *(1 for _ in layout.probes[1:])),
+    )  # fmt: skip
+
+
+def test_a_rotor_of_91_sections_is_legible_and_its_new_parts_have_a_legend(drawing):
+    layout = crowded_layout(drawing.record.layout)
+    chart, largest = rotor_chart(layout), 1e6 * np.max(layout.sag)
+    (panel,) = chart.panels
+    names = {each.name for each in panel.elements if each.name}
+    assert names == {"layer", "seal", "lumped mass", "pedestal", "coupling", f"static sag, largest {largest:.3g} µm"}
+    cone = next(each for each in panel.elements if isinstance(each, Area) and np.ptp(each.y) == pytest.approx(100.0))
+    assert list(np.abs(cone.y)) == pytest.approx([40.0, 50.0, 50.0, 40.0])
+    (sag,) = (each for each in panel.elements if each.name.startswith("static sag"))
+    assert min(sag.y) == pytest.approx(-0.04 * 1300, rel=0.01)  # hangs below the axis
+    figure = picture.figure(chart)
+    figure.draw_without_rendering()
+    texts = figure.axes[0].texts
+    said = [text.get_text() for text in texts]
+    assert {"disk 1", "bearing 1", "seal 1"} <= set(said) and any("on housing 2" in each for each in said)
+    boxes = [text.get_window_extent() for text in texts]
+    for index, box in enumerate(boxes):
+        assert not any(box.shrunk(0.98, 0.8).overlaps(other.shrunk(0.98, 0.8)) for other in boxes[:index])
 
 
 def test_words_at_one_place_do_not_hide_each_other(drawing):

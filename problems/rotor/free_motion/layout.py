@@ -50,6 +50,7 @@ def layout_of(
         places[n_bearing:],
         tuple(_outline(each, sections, tolerance) for each in rotor.masses),
         rotor.couplings,
+        tuple(map(rotor.housing_of, channels)),
     )
 
 
