@@ -222,3 +222,22 @@ def test_what_cannot_be_drawn_is_refused():
     one = dataclasses.replace(published(), bearings=published().bearings[:1])
     held_by_one = problem_of(dataclasses.replace(one, bearings=(one.bearings[0], Bearing(0.0))), 1000.0)
     assert drawn(held_by_one, np.array([5e7]), modes=2).speed_map is None
+
+
+def test_an_extended_rotor_knows_its_critical_speeds_and_modes():
+    """Effects at zero change nothing: 1e-5 is how far modes in a reduced space are true. On pedestals the study finds the same."""
+    extended = effect("cross_coupling_antisymmetric").added_to(PLAIN)
+    x = np.append(REFERENCE, np.zeros(len(extended.parameters) - len(REFERENCE)))
+    highest = 9000 * RPM
+    assert extended.critical_speeds(x, highest) == pytest.approx(PLAIN.critical_speeds(REFERENCE, highest), rel=1e-5)
+    own, found = PLAIN.modes(REFERENCE, 300.0, 4), extended.modes(x, 300.0, 4)
+    assert [each.frequency for each in found] == pytest.approx([each.frequency for each in own], rel=1e-5)
+    assert [each.whirl for each in found] == [each.whirl for each in own]
+    assert [each.shape.shape for each in found] == [each.shape.shape for each in own]
+    speed = np.array([100.0, 300.0])
+    assert extended.campbell(x, speed, 4).frequency == pytest.approx(
+        PLAIN.campbell(REFERENCE, speed, 4).frequency, rel=1e-5
+    )
+    softer, at = effect("flexible_pedestal").added_to(PLAIN), np.append(REFERENCE, [1e-8, 5e-9, 40.0])
+    of_study = [each.speed for each in drawn(softer, at, highest_rpm=9000, harmonics=[1.0]).critical_speeds]
+    assert set(np.round(of_study, 3)) <= set(np.round(softer.critical_speeds(at, highest), 3))

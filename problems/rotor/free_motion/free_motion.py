@@ -13,17 +13,18 @@ from functools import cached_property
 
 import numpy as np
 import scipy.linalg
+from scipy.optimize import brentq
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import DIRECTIONS, Channel
 from ksmea.rotordynamics.layout import EffectMark, RotorLayout
-from ksmea.rotordynamics.whirl import FreeRotor, Motions
+from ksmea.rotordynamics.whirl import Campbell, FreeRotor, Mode, Motions
 from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row
 from problems.rotor.finite_elements.bearing import Pedestal, Support
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.free_motion.layout import layout_of
-from problems.rotor.free_motion.modes import OVERDAMPED, undamped_critical_speeds
+from problems.rotor.free_motion.modes import OVERDAMPED, mode_of, undamped_critical_speeds
 from problems.rotor.free_motion.stability import (
     AT_REST,
     NEITHER,
@@ -135,6 +136,36 @@ class FreeMotion(FreeRotor):
 
     def undamped_critical_speeds(self, stiffness: float) -> tuple[Array, Array]:
         return undamped_critical_speeds(self.rotor, stiffness, self._free)
+
+    def critical_speeds(self, highest: float, n_scan: int = 64) -> Array:
+        """Speeds up to `highest` (rad/s) at which a damped natural frequency equals the spin speed, rising. A frequency that crosses
+        twice between two scanned speeds is missed."""
+        scanned = np.linspace(0.0, highest, n_scan + 1)[1:]
+        is_above = self.frequencies(scanned) >= scanned[:, None]
+
+        def excess(speed: float, column: int) -> float:
+            return float(self.frequencies(np.array([speed]))[0, column] - speed)
+
+        crossed = zip(*(each.tolist() for each in np.nonzero(is_above[:-1] != is_above[1:])))
+        found = [brentq(excess, scanned[at], scanned[at + 1], args=(column,), rtol=1e-10) for at, column in crossed]
+        return np.sort(np.array(found))
+
+    def natural_modes(self, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
+        """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all that are true."""
+        basis = self.low_at(np.array([speed])).basis
+        [(values, coordinates)] = self._eigenpairs(np.array([speed]), 1.0)
+        oscillating = np.flatnonzero(_oscillates(values))
+        order = oscillating[np.argsort(values[oscillating].imag)][:n_mode]
+        return tuple(mode_of(complex(values[each]), basis @ coordinates[:, each]) for each in order)
+
+    def campbell(self, speed: Array, n_mode: int) -> Campbell:
+        """Natural frequencies and damping ratios of the first `n_mode` modes over spin speeds (n_speed,) rad/s."""
+        frequency, damping_ratio = np.full((2, len(speed), n_mode), np.nan)
+        for index, motions in enumerate(self.motions(speed)):
+            lowest = motions.eigenvalue[:n_mode]
+            frequency[index, : len(lowest)] = lowest.imag
+            damping_ratio[index, : len(lowest)] = -lowest.real / np.abs(lowest)
+        return Campbell(speed, frequency, damping_ratio)
 
     @cached_property
     def _free(self) -> Matrices:

@@ -35,7 +35,7 @@ def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tupl
     oscillating = np.flatnonzero(eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues))
     order = oscillating[np.argsort(eigenvalues[oscillating].imag)][:n_mode]
     n_dof = DOF_PER_NODE * len(rotor.node_positions)
-    return tuple(_mode(eigenvalues[index], vectors[:n_dof, index]) for index in order)
+    return tuple(mode_of(eigenvalues[index], vectors[:n_dof, index]) for index in order)
 
 
 def eigenpairs(matrices: Matrices, speed: float) -> tuple[ComplexArray, ComplexArray]:
@@ -95,7 +95,7 @@ def state_matrix(matrices: Matrices, speed: float) -> Array:
     return np.vstack([np.hstack([np.zeros((n_dof, n_dof)), np.eye(n_dof)]), accelerations])
 
 
-def _mode(eigenvalue: complex, vector: ComplexArray) -> Mode:
+def mode_of(eigenvalue: complex, vector: ComplexArray) -> Mode:
     shape = vector.reshape(-1, DOF_PER_NODE)
     largest = np.unravel_index(np.argmax(np.abs(shape[:, :2])), (len(shape), 2))
     return Mode(

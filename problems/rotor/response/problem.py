@@ -26,7 +26,7 @@ from ksmea.problem.response_structure import UnknownImpedance
 from ksmea.rotordynamics.stability import scanned_speeds
 from ksmea.rotordynamics.whirl import Campbell, Mode, Rotordynamic
 from ksmea.units import GRAM_MILLIMETRE
-from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
+from problems.rotor.finite_elements.data import UnbalancePlane
 from problems.rotor.free_motion.critical_speeds import critical_speeds
 from problems.rotor.free_motion.free_motion import N_MODE, FreeMotion
 from problems.rotor.free_motion.modes import campbell_diagram, natural_modes
@@ -152,19 +152,21 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         return self.physics.free_motion(self._point(x), highest, N_MODE)
 
     def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
-        return critical_speeds(self._plain_rotor(x), float(np.max(self.speed)) if highest is None else highest)
+        highest = float(np.max(self.speed)) if highest is None else highest
+        if self.effects:
+            return self.free_rotor(x, highest).critical_speeds(highest)
+        return critical_speeds(self.rotor_at(self._point(x)), highest)
 
     def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
-        return natural_modes(self._plain_rotor(x), speed, n_mode)
+        if self.effects:
+            return self.free_rotor(x, max(speed, float(np.max(self.speed)))).natural_modes(speed, n_mode)
+        return natural_modes(self.rotor_at(self._point(x)), speed, n_mode)
 
     def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
-        return campbell_diagram(self._plain_rotor(x), np.asarray(speed, dtype=float), n_mode)
-
-    def _plain_rotor(self, x: Array) -> Rotor:
-        """The rotor at values x. Refuses effects: they change the modes."""
+        speed = np.asarray(speed, dtype=float)
         if self.effects:
-            raise self._refusal("knows its natural modes", "take one without effects")
-        return self.rotor_at(self._point(x))
+            return self.free_rotor(x, max(float(np.max(speed)), float(np.max(self.speed)))).campbell(speed, n_mode)
+        return campbell_diagram(self.rotor_at(self._point(x)), speed, n_mode)
 
     def unbalance(self, x: Array) -> Mapping[float, complex]:
         return self.physics.unbalance(self._point(x))
