@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -74,6 +75,25 @@ def speeds_of_tables(rotor: ImportedRotor) -> tuple[float, float] | None:
     low, high = max(min(each) for each in ranges), min(max(each) for each in ranges)
     low, high = max(low, SLOWEST), min(high, FASTEST)
     return (low, high) if low < high else None
+
+
+def mass_of(rotor: ImportedRotor) -> float:
+    """About the mass of all that turns, kg: cones by their left ends."""
+    rings = [
+        (entry["length"], ring)
+        for entry in rotor.shaft
+        for ring in (entry, *entry.get("layers", ()))
+        if "material" in ring
+    ]
+    of_shaft = sum(
+        length
+        * rotor.materials[ring["material"]]["density"]
+        * math.pi
+        / 4
+        * (ring["outer_diameter"] ** 2 - ring.get("inner_diameter", 0.0) ** 2)
+        for length, ring in rings
+    )
+    return float(of_shaft + sum(each["mass"] for each in (*rotor.disks, *rotor.masses)))
 
 
 @dataclass(frozen=True)

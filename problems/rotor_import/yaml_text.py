@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ksmea.errors import visible
-from ksmea.units import GIGAPASCAL, RPM
-from problems.rotor_import.model import NAME, Entry, ImportedRotor
+from ksmea.units import GIGAPASCAL, GRAM_MILLIMETRE, RPM
+from problems.rotor_import.model import NAME, Entry, ImportedRotor, mass_of
 
 UNITS = (
     "{length: m, modulus: GPa, density: kg/m3, mass: kg, inertia: kg m2, stiffness: N/m, damping: N s/m, force: N,\n"
@@ -87,7 +87,7 @@ def _asked(rotor: ImportedRotor, wanted: Wanted, highest: float) -> Iterator[str
     for number, position in enumerate(planes):
         yield f"{mark}  - {{position: {_number(position)}{', phase: 0' if number == 0 else ''}}}"
     if not wanted.probes:
-        yield "# Probes are those of the measurement; for synthetic data and plans:"
+        yield "# A measurement brings its probes; for synthetic data and plans:"
     mark_of_probes = "" if wanted.probes else "# "
     probes = wanted.probes or [(each["position"], axis) for each in rotor.bearings[:2] for axis in "xy"]
     yield f"{mark_of_probes}probes:"
@@ -106,7 +106,7 @@ def _heaviest(rotor: ImportedRotor, length: float) -> float:
 def _unknowns(rotor: ImportedRotor, planes: Sequence[float], highest: float) -> Iterator[Entry]:
     """The unbalance, and of each bearing its direct coefficients or factors on its table. The model's own values are references."""
     for number in range(1, len(planes) + 1):
-        most = 10 * G40 / highest * 1e6 * max(sum(each["mass"] for each in rotor.disks), 1.0)  # g mm
+        most = 10 * G40 / highest * mass_of(rotor) / GRAM_MILLIMETRE
         yield {"name": f"u{number}", "lower": 0, "upper": _rounded(most), "sets": [f"unbalance {number} magnitude"]}
         if number > 1:
             yield {"name": f"phase{number}", "lower": -270, "upper": 270, "sets": [f"unbalance {number} phase"]}

@@ -5,9 +5,10 @@ import pytest
 
 from ksmea.errors import SettingError
 from problems.rotor_import.axes import in_own_axes
-from problems.rotor_import.model import ImportedRotor
+from problems.rotor_import.model import ImportedRotor, mass_of
 from problems.rotor_import.ross import read_ross
 from problems.rotor_import.ross_shaft import hutchinson_of_ross
+from problems.rotor_import.yaml_text import Wanted, rotor_yaml
 from ross_models import SPEEDS, bearing, element, model, saved, table
 
 PARTS = {"kxx": 1.0, "kxy": 2.0, "kyx": 3.0, "kyy": 4.0}
@@ -122,6 +123,15 @@ def test_equal_cones_stay_apart_and_equal_cylinders_are_one_entry(read):
     sleeves = {f"ShaftElement__sleeve {n}": element(n, odl=0.09, odr=0.08, idl=0.05, idr=0.05) for n in (2, 3)}
     assert [each["elements"] for each in read(**cones, **sleeves).shaft] == [1, 1, 1, 1]
     assert [(each["elements"], each["length"]) for each in read().shaft] == [(4, pytest.approx(0.4))]
+
+
+def test_limits_of_the_unbalance_follow_from_the_mass(read):
+    """Ten times G 40 at the highest speed, of all that turns: a drum has no disk."""
+    rotor = read(**{"DiskElement__Disk 0": None})
+    mass = 7840 * np.pi / 4 * 0.05**2 * 0.4
+    assert mass_of(rotor) == pytest.approx(mass)
+    text = rotor_yaml(rotor, Wanted(unbalance=[0.2], speeds=(100.0, 3000.0, 10)))
+    assert f"upper: {float(f'{10 * 0.04 / (100 * np.pi) * mass * 1e6:.2g}'):g}," in text.partition("name: u1")[2]
 
 
 def test_switches_coefficients_damping_and_forces_of_elements(read):
