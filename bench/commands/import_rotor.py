@@ -12,19 +12,18 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from bench.storage.files import replace_file
 from ksmea.errors import SettingError, unknown, visible, visible_lines
 from ksmea.measurement.channel import require_direction
-from ksmea.settings.document import Block
-from ksmea.settings.strict_yaml import LARGEST, parse
 from ksmea.units import RPM, SI_PER_UNIT
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor_document.description import ROTATIONS, read_description
-from problems.rotor_document.tables import RotorSheets
+from problems.rotor_document.description import ROTATIONS
+from problems.rotor_file import RotorFile
 from problems.rotor_import.axes import AXES, XY, in_own_axes
 from problems.rotor_import.model import ImportedRotor, speeds_of_tables
 from problems.rotor_import.ross import read_ross
@@ -59,27 +58,27 @@ def import_rotor(words: Sequence[str]) -> int:
         out = _out(asked)
         wanted = _wanted(asked)
         rotor = _read(asked)
-        built = _built(rotor, wanted, out)
         shown, tables = with_tables_beside(rotor, out.stem)
-        files = {out.with_name(name): text for name, text in tables.items()} | {out: rotor_yaml(shown, wanted)}
-        for each in files:
-            if each.exists():
-                raise SettingError(f"expected no {each} yet, found one; choose another --out, or remove it")
-        if (size := len(files[out].encode())) > LARGEST:
-            raise SettingError(f"expected a rotor file of at most {LARGEST} bytes, got {size}; leave out what is small")
+        texts = {out.name: rotor_yaml(shown, wanted), **tables}
+        for name in texts:
+            _require_new(out.with_name(name))
+        built = _built(rotor, texts)
     except SettingError as error:
         raise SettingError(f"import rotor: {error}") from error
     out.parent.mkdir(parents=True, exist_ok=True)
-    for path, text in files.items():
-        replace_file(path, text.encode())
-    lines = [
-        f"written: {', '.join(str(path) for path in reversed(files))}",
-        *_count(rotor, built),
-        *_told(rotor, wanted),
-    ]
+    for name in reversed(texts):  # the tables that the rotor file names first
+        replace_file(out.with_name(name), texts[name].encode())
+    written = [str(out.with_name(name)) for name in texts]
+    more = f" and {len(written) - MOST_NAMES} more" if len(written) > MOST_NAMES else ""
+    lines = [f"written: {', '.join(written[:MOST_NAMES])}{more}", *_count(rotor, built), *_told(rotor, wanted)]
     lines.append(f"next: {shlex.join(['python', '-m', 'bench', 'draw', 'problem=rotor', f'problem.file={out}'])}")
     print(visible_lines("\n".join(lines)))
     return 0
+
+
+def _require_new(path: Path) -> None:
+    if path.exists():
+        raise SettingError(f"expected no {path} yet, found one; choose another --out, or remove it")
 
 
 def _out(asked: _Asked) -> Path:
@@ -88,8 +87,7 @@ def _out(asked: _Asked) -> Path:
         raise SettingError(f"expected --out with the name of a YAML file, such as rotor.yaml, got {visible(name)}")
     if "#" in Path(name).name:
         raise SettingError(f"expected --out without #, which stands before the name of a sheet, got {visible(name)}")
-    if Path(name).exists():
-        raise SettingError(f"expected no {name} yet, found one; choose another --out, or remove it")
+    _require_new(Path(name))
     return Path(name)
 
 
@@ -105,14 +103,17 @@ def _read(asked: _Asked) -> ImportedRotor:
     return in_own_axes(replace(rotor, speeds=rotor.speeds or speeds_of_tables(rotor)), axes)
 
 
-def _built(rotor: ImportedRotor, wanted: Wanted, out: Path) -> Rotor:
-    """The rotor as the program reads it: nothing else is written."""
-    try:
-        document = Block.of_document(str(out), parse(rotor_yaml(rotor, wanted).encode(), str(out)))
-        return read_description(document, None, RotorSheets(out.parent)).problem.rotor
-    except SettingError as error:
-        said = str(error).removeprefix(f"{out}: ")
-        raise SettingError(f"{rotor.source}: in words of a rotor file, {said}") from error
+def _built(rotor: ImportedRotor, texts: Mapping[str, str]) -> Rotor:
+    """The rotor as the program reads it from files of these names, the first of which is the rotor file."""
+    with TemporaryDirectory() as folder:
+        for name, text in texts.items():
+            (Path(folder) / name).write_bytes(text.encode())
+        path = Path(folder) / next(iter(texts))
+        try:
+            return RotorFile(file=str(path)).build().rotor
+        except SettingError as error:
+            said = str(error).removeprefix(f"{path}: ")
+            raise SettingError(f"{rotor.source}: in words of a rotor file, {said}") from error
 
 
 def _count(rotor: ImportedRotor, built: Rotor) -> list[str]:

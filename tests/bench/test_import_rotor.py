@@ -11,7 +11,7 @@ import ksmea
 from bench import main
 from ksmea.settings.strict_yaml import parse
 from problems.rotor_file import RotorFile
-from ross_models import SPEEDS, as_toml, bearing, model, saved, table
+from ross_models import SPEEDS, as_toml, bearing, element, model, saved, table
 
 DATA = Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")) / "rotors"
 FILES = (
@@ -151,6 +151,18 @@ def test_what_is_wrong_is_said_in_one_line_and_nothing_is_written(imported, fold
     assert code == 2 and not told and error.count("\n") == 1
     assert error.startswith("error: import rotor: ") and said in error
     assert sorted(path.name for path in folder.iterdir()) == ["model.json", "there.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("sections", "said"),
+    [
+        ({"BearingElement__Bearing 4": table(4, frequency=list(range(1, 20002)), **dict.fromkeys(("kxx", "kyy", "cxx", "cyy"), [1e7] * 20001))}, "rows"),
+        ({f"ShaftElement__e{n}": element(n, odl=0.05 + n * 1e-5) for n in range(4, 6000)}, "expected at most"),
+    ],
+)  # fmt: skip
+def test_a_model_far_too_large_is_refused_before_it_takes_long(imported, sections, said):
+    code, _, error = imported(**sections)
+    assert code == 2 and said in error and error.count("\n") == 1 and not list(Path().glob("*.yaml"))
 
 
 def test_a_model_that_is_no_rotor_is_refused_by_the_place_in_it(imported):
