@@ -117,8 +117,9 @@ def _parameters(rotor: ImportedRotor, parameters: Block) -> None:
     of_mass, of_stiffness = (optional(parameters, key, at_least=0) for key in ("alpha", "beta"))
     if of_mass or of_stiffness:
         _damp(rotor.shaft, of_mass, of_stiffness)
-        rotor.disks.extend({"polar_inertia": 0.0, "diametral_inertia": 0.0, **mass} for mass in rotor.masses)
-        rotor.masses.clear()  # a lumped mass has no damping of its own, a disk without inertia may have
+        heavy = [mass for mass in rotor.masses if mass["mass"]]  # only a disk has damping of its own, and needs a mass
+        rotor.disks.extend({"polar_inertia": 0.0, "diametral_inertia": 0.0, **mass} for mass in heavy)
+        rotor.masses[:] = [mass for mass in rotor.masses if not mass["mass"]]
         for disk in rotor.disks:
             disk["standing_damping"] = of_mass
         if rotor.couplings:

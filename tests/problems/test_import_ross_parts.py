@@ -182,9 +182,12 @@ def test_a_coupling_is_a_segment_and_a_place(read):
 
 def test_damping_of_the_whole_rotor_reaches_disks_and_lumped_masses(read):
     rotor = read(
-        "3.1.0", parameters={"alpha": 6.0, "beta": 4e-6, "default_damping_ratio": 0.01}, PointMass__m={"n": 1, "m": 2.0}
+        "3.1.0",
+        parameters={"alpha": 6.0, "beta": 4e-6, "default_damping_ratio": 0.01},
+        PointMass__m={"n": 1, "m": 2.0},
+        DiskElement__inertia={"n": 3, "m": 0.0, "Id": 0.1, "Ip": 0.2},
     )
-    assert [each["standing_damping"] for each in rotor.disks] == [6.0, 6.0] and not rotor.masses
+    assert [each["standing_damping"] for each in rotor.disks] == [6.0, 6.0] and len(rotor.masses) == 1
     assert all(each["standing_damping"] == {"mass": 6.0, "stiffness": 4e-6} for each in rotor.shaft)
     assert "default_damping_ratio 0.01" in rotor.left_out[0]
 
