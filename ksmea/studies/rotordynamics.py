@@ -118,7 +118,7 @@ def rotordynamics(
         threshold=problem.stability_threshold(x, highest),
         speed_map=_speed_map(rotor, layout, options, highest),
         shapes=_mode_shapes(rotor, layout, shown_at, options.modes),
-        remarks=(*remarks, *problem.remarks_at(speed), *rotor.remarks),
+        remarks=(*remarks, *problem.remarks_at(speed[1:]), *rotor.remarks),
         operating=operating,
         margins=() if operating is None else separation_margins(_peaks(problem, x, speed, found), *operating),
     )

@@ -324,3 +324,15 @@ def test_a_coupling_of_the_rotor_is_where_misalignment_acts():
     assert [str(each) for each in effect.locations(named)] == ["force at 0.64 m", "force at 0.7 m", "moment at 0.64 m"]
     assert str(effect.placed_on(named)) == "force at 0.64 m"
     assert len(effect.locations(problem_with(UNKNOWNS))) == 4  # both ends where none is named
+
+
+def test_a_sweep_of_the_speed_is_refused_beside_probes_on_housings():
+    """Poles of the response read the shaft against the ground."""
+    effect = create("effect", "run_up_acceleration", {})
+    with pytest.raises(SettingError, match="expected probes against the ground beside a sweep"):
+        effect.locations(problem_with(UNKNOWNS))[0].added_to(problem_with(UNKNOWNS)).response(np.ones((1, 11)))
+    on_ground = problem_with(UNKNOWNS, housing_probes=())
+    swept = effect.locations(on_ground)[0].added_to(on_ground)
+    x = swept.parameters.to_si(np.full((1, len(swept.parameters)), 0.5))
+    x[0, -1] = 0.0
+    assert deviation(swept.response(x), on_ground.response(x[:, :-1])) < 1e-12

@@ -34,7 +34,7 @@ from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
 from problems.rotor.free_motion.free_motion import FreeMotion
 from problems.rotor.free_motion.stability import searched_speed
-from problems.rotor.response.links import condensed
+from problems.rotor.response.links import condensed, read_housings
 from problems.rotor.response.model import finite
 from problems.rotor.response.physics import Physics, bearing_matrices
 from problems.rotor.response.problem import RotorProblem
@@ -54,8 +54,13 @@ class ExtendedPhysics(RotorWithEffects, Physics):
 
     def __post_init__(self) -> None:
         d = len(self.parameters)  # each unknown has a name of its own, or this raises
+        sweeps = self.sweeps(self.parts(np.zeros((1, d)))[1])
+        if sweeps and read_housings(self.base.rotor, self.seen_channels):
+            raise SettingError(
+                "effects: expected probes against the ground beside a sweep of the speed, got some on housings"
+            )
         nonlinear = [site.law.name for effect in self.effects if (site := effect.site_law()) and not site.is_linear]
-        if nonlinear and (self._turning.are_there or self.sweeps(self.parts(np.zeros((1, d)))[1])):
+        if nonlinear and (self._turning.are_there or sweeps):
             beside = "a stiffness that turns with the shaft" if self._turning.are_there else "a sweep of the speed"
             raise SettingError(
                 f"effects: expected forces that are linear in the motion beside {beside}, got {nonlinear[0]}"
