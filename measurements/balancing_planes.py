@@ -30,7 +30,7 @@ IN_PLANE = ("position", "radius", "unit", "holes", "first_angle_deg", "occupied"
 
 @dataclass(frozen=True)
 class Radius:
-    """Of the weights in a plane, as its file writes it."""
+    """Radius of the weights in a plane, as its file writes it."""
 
     text: str
     metres: float
@@ -55,7 +55,7 @@ def read_size(block: Block, key: str, radius: Radius | None, value: object = Non
 
 
 def radii(blocks: Sequence[Block]) -> dict[float, Radius]:
-    """Those that planes state, by the position of the plane, m."""
+    """Radii that planes state, by the position of the plane, m."""
     found = {}
     for block in blocks:
         block.check_keys(["position"], IN_PLANE[1:])
@@ -67,7 +67,7 @@ def radii(blocks: Sequence[Block]) -> dict[float, Radius]:
 def read_planes(
     blocks: Sequence[Block], weights: Sequence[tuple[Weight, WeightUnit]], radius: Mapping[float, Radius]
 ) -> tuple[Plane, ...]:
-    """The planes of a campaign, in the units of its weights: those of the first one in each plane, else of the first of all."""
+    """The planes of a campaign, in the units of its weights: the unit of the first one in each plane, else of the first of all."""
     by_position = {block.number("position", "m"): block for block in blocks}
     own: dict[float, WeightUnit] = {}
     for weight, unit in weights:

@@ -174,7 +174,7 @@ def _cells(text: str, path: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _header(path: str, number: int, names: Sequence[str]) -> Sequence[str]:
-    """The names of the columns, those of `READ_AS` by the names of what they are read as."""
+    """The names of the columns; names in `READ_AS` are replaced by the names they are read as."""
     where = f"{path} line {number}"
     names = [READ_AS[name][0] if name in READ_AS else name for name in names]
     whole = ",".join(names)

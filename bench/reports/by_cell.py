@@ -57,7 +57,7 @@ def first_results(plan: Plan, lines: Lines, record_type: type[AnyRecord]) -> dic
 
 
 def only_result(plan: Plan, lines: Lines, record_type: type[AnyRecord]) -> tuple[Cell, AnyRecord] | None:
-    """Of a plan of one run, its cell and record; None of several runs, or without a result."""
+    """Cell and record of the only run of a plan; None if it has several runs, or no result."""
     line = lines.get(plan.runs[0].key) if len(plan.runs) == 1 else None
     if line is None or not line.has_result:
         return None

@@ -34,7 +34,7 @@ SMALLEST = 1e-6  # relative singular value below which weights do not differ eno
 
 @dataclass(frozen=True)
 class AmplitudeFit(Fit):
-    """Influence coefficients whose phases count from that of the bare response. `dof` is half of the real degrees of freedom."""
+    """Influence coefficients, phases relative to the bare response. `dof` is half of the real degrees of freedom."""
 
     covariance_found: ComplexArray = field(default_factory=lambda: np.empty((0, 0), np.complex128))  # E[δ δᴴ], flat
     relation_found: ComplexArray = field(default_factory=lambda: np.empty((0, 0), np.complex128))  # E[δ δᵀ]

@@ -4,7 +4,7 @@ Goodman, J. Eng. Ind. 86 (1964) 273–279, eq. (7): w = −(CᴴC)⁻¹ Cᴴ y0.
 
 Planes whose weights do nearly the same have a large condition number: with columns of C scaled to unit length, errors of the
 readings may come back that many times larger, relatively, in the weights (Belsley, Kuh & Welsch, *Regression Diagnostics*,
-1980, ch. 3, who call 30 and more harmful). The directions of w that the readings show well are those of larger singular values.
+1980, ch. 3, who call 30 and more harmful). The readings determine well the directions of w with larger singular values.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def correction(fit: Fit, rng: np.random.Generator) -> Correction:
 
 
 def condition_number(coefficients: ComplexArray) -> float:
-    """Of influence coefficients, rows from the second on, each plane's scaled to unit length.
+    """Condition number of influence coefficients, rows from the second on, each plane's scaled to unit length.
 
     >>> round(condition_number(np.array([[9, 9], [1, 0], [0.96, 0.28]], dtype=complex)), 6)  # cos 16.26° = 0.96: √(1.96 / 0.04)
     7.0

@@ -3,8 +3,8 @@
 The response of the run is predicted from the runs whose weights are known: influence coefficients, and the drift at its time
 from what its neighbours in time show of it (kriging). What is left over is the weights' doing.
 
-Weights explain as many complex numbers of a run as there are unknown ones; what they leave of the others shows the spread between
-runs where those with known weights leave none to see it by.
+The unknown weights of a run fit as many complex numbers of it exactly; the residuals of the other numbers show the
+spread between runs if the runs with known weights have no residuals to estimate it from.
 """
 
 from __future__ import annotations

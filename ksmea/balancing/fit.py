@@ -86,7 +86,7 @@ class Fit:
 
     @property
     def coefficient_covariance(self) -> ComplexArray:
-        """Of bare response and influence coefficients, flat, then of slopes and growth."""
+        """Covariance of bare response and influence coefficients, flat, then of slopes and growth."""
         return self.solution.coefficient_covariance
 
     @property

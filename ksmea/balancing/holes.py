@@ -131,7 +131,7 @@ def _best_pair(wanted: complex, directions: Array, allowed: list[int], there: Ar
 
 
 def _nearest(there: Array, wanted: Array) -> Array:
-    """Of rising sizes those nearest to the wanted ones."""
+    """Nearest of the rising sizes to each wanted one."""
     upper = np.clip(np.searchsorted(there, wanted), 1, max(len(there) - 1, 1))
     if len(there) == 1:
         return np.zeros(np.shape(wanted))

@@ -39,7 +39,7 @@ class Readings:
 
     @property
     def units(self) -> tuple[WeightUnit, ...]:
-        """Those of weights in each plane."""
+        """Unit of the weights in each plane."""
         return tuple(plane.unit for plane in self.details)
 
     @property
@@ -56,7 +56,8 @@ def readings(measurement: Measurement, tolerance: float) -> Readings:
     """The runs of a campaign at the speeds that all of them have; `tolerance` is the largest relative distance of neighbours
     that count as one nominal speed.
 
-    Amplitudes alone are real responses. Raises `SettingError` for those of several planes, for data without runs, without weights, or without a speed that all runs share.
+    Amplitudes alone are real responses. Raises `SettingError` for amplitudes of several planes, for data without runs,
+    without weights, or without a speed that all runs share.
     """
     campaign = measurement.campaign
     if campaign is None or not any(run.weights for run in campaign.runs):

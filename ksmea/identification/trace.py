@@ -40,10 +40,11 @@ DIGITS, SECONDS_DIGITS = 10, 4  # that are kept of misfits and values, and of ti
 
 
 def comparable_misfit(measurement: Measurement) -> Callable[[ComplexArray], Array]:
-    """What gives the misfit (k,) of responses (k, n_speed, n_channel), m, by which methods are compared.
+    """Function of responses (k, n_speed, n_channel), m, to the misfit (k,) by which methods are compared.
 
-    It is the deviance (`ksmea.likelihood.misfit`). Where the noise's level is not known, it is taken as relative, at the level that fits the
-    residuals of each response best; of data without noise it is the likelihood misfit (`ksmea.likelihood.misfit`).
+    It is the deviance (`ksmea.likelihood.misfit`). If the noise level is not known, the noise is taken as relative, at the
+    level that fits the residuals of each response best; for data without noise it is the likelihood misfit
+    (`ksmea.likelihood.misfit`).
     """
     noise, values, observable = measurement.noise, measurement.values, measurement.kind
     if noise is not None and noise.is_absent:

@@ -1,8 +1,8 @@
 """Maximisation of many likelihoods as one batch, by the same damped Fisher scoring as `ksmea.inference.maximisation`.
 
-It is for fits that start near their maxima and whose deviance is wanted to about a hundredth. The formulas of deviance, gradient
-and information are those of `ksmea.likelihood.likelihood` and `ksmea.likelihood.fisher`; derivatives of the response are
-differences to one side.
+It is for fits that start near their maxima and whose deviance is wanted to about a hundredth. Deviance, gradient
+and information are defined in `ksmea.likelihood.likelihood` and `ksmea.likelihood.fisher`; derivatives of the response
+are one-sided differences.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ the other one is |δ|² + 2 ε·δ above that of the truth's: where this is nega
 δ is orthogonal to all that moves the first part of the rise, so that the two are independent. The best maximum stands in
 for the truth's.
 
-Where data can be simulated some thousand times, the likelihood ratio is calibrated by a parametric bootstrap instead, for each
+If data can be simulated some thousand times, the likelihood ratio is calibrated by a parametric bootstrap instead, for each
 unknown and around each maximum. Data are simulated at a maximum, with noise of the level that it has there, corrected for the
 degrees of freedom. The rise of an unknown is the deviance of such data where it has the value that they were simulated at, all
 others fitted, less the lowest deviance of all. Fits start from every maximum that the measured data have, so that the quantile
@@ -100,8 +100,9 @@ MAX_ROUNDS = 3  # of fits, each from where an unknown that was held led lower th
 
 
 def can_be_simulated(likelihood: Likelihood) -> bool:
-    """Whether data can be simulated and fitted some thousand times: not where differences between runs are compared, where no datum
-    is left over, or where responses may be costly, as without a sensitivity or for new values of some unknowns."""
+    """Whether data can be simulated and fitted some thousand times: not if differences between runs are compared, if there are no
+    residual degrees of freedom, or if responses may be costly, as without a sensitivity or for new values of some
+    unknowns."""
     problem = likelihood.model.problem
     is_cheap = problem.has_sensitivity and not len(problem.costly)
     return is_cheap and likelihood.n_residual > likelihood.d and not likelihood.measurement.is_by_differences
@@ -117,8 +118,8 @@ def simulated_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point]
 
 
 def _factor(likelihood: Likelihood, level: float, point: Point, maxima: Sequence[Point], normal: Array) -> Array:
-    """By how much the quantiles of the rises (d,) of data that are simulated at one of some maxima, from normal numbers (n_set, n),
-    are larger than those of a linear model.
+    """Ratio of the quantiles of the rises (d,), for data simulated at one of some maxima from normal numbers (n_set, n),
+    to the quantiles of a linear model.
 
     At a maximum near a search limit rises are smaller than at the values inside for which the interval is to hold: there it is 1
     at least.
@@ -174,7 +175,7 @@ def linear_rises(likelihood: Likelihood, tangent: Array, noise: Array) -> Array:
 
 
 def _own(tangent: Array) -> Array:
-    """What of each column of a tangent (n, d) the others cannot make up for; its length is 1 / sd of the unknown."""
+    """Part of each column of a tangent (n, d) orthogonal to the other columns; its length is 1 / sd of the unknown."""
     parts = [projected(tangent[:, [index]], np.delete(tangent, index, axis=1)) for index in range(tangent.shape[1])]
     return np.concatenate(parts, axis=1)
 
@@ -183,7 +184,7 @@ def simulated_rises(likelihood: BatchedLikelihood, starts: Array, truth: Array, 
     """How much higher the deviance of each data set is where one of d unknowns has its value of the `truth` (p,) than where it is
     lowest, (d, n_set): by fits from `starts` (k, p). Rises below `negligible` are upper bounds.
 
-    The unknown is held in fits from the truth, and from every maximum from which they can end lower than what is known. Where one
+    The unknown is held in fits from the truth, and from every maximum from which they can end lower than what is known. If one
     of them ends lower than all maxima, the next round starts there.
     """
     n = likelihood.n_set

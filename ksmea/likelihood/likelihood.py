@@ -1,6 +1,6 @@
-"""The likelihood of a measurement, its noise known or estimated along.
+"""The likelihood of a measurement, with its noise known or also estimated.
 
-With mean μ(u), r = μ − y and s(μ)² = (relative · |μ|)² + floor², its deviance −2 ln L is that of `ksmea.likelihood.misfit` with
+With mean μ(u), r = μ − y and s(μ)² = (relative · |μ|)² + floor², its deviance −2 ln L is defined in `ksmea.likelihood.misfit`, with
 s₀ = s(y) as the misfit `likelihood` has it, or |y| where the noise is unknown.
 
 The ln s² term stays: without it the estimate is biased towards large responses, and with s taken from the data towards

@@ -202,6 +202,6 @@ def log_term(variance: Array, reference: Array | float, observable: Observable) 
 
 
 def reference_variance(variance: Array, values: Array | ComplexArray) -> Array:
-    """s₀², m², from the variances that measured values suggest: where that is zero, which has no logarithm, the mean
-    square of all values stands in for it."""
+    """s₀², m², from the variances that measured values suggest; a zero, which has no logarithm, is replaced by the mean
+    square of all values."""
     return np.where(variance == 0, np.mean(np.abs(values) ** 2), variance)

@@ -66,8 +66,8 @@ class WeightUnit:
 
 @dataclass(frozen=True)
 class Holes:
-    """Where weights can be put on in a plane: angles (rad), numbers from 1 of those that are occupied, the `most` that one
-    takes, and what there is: multiples of a `step`, or some `sizes` (kg m); neither: any size."""
+    """Where weights can be put on in a plane: angles (rad), numbers from 1 of the occupied ones, the `most` that one
+    takes, and the available sizes: multiples of a `step`, or some `sizes` (kg m); neither: any size."""
 
     angles: tuple[float, ...]
     occupied: tuple[int, ...] = ()

@@ -1,4 +1,4 @@
-"""What keeps the habits of optimisation libraries from everything around them.
+"""Isolation of optimisation libraries: their side effects are kept from everything around them.
 
 pyswarms configures the root logger and opens a log file in the working directory, and most compute with misfits as though
 all of them were finite. Others draw from generators that the whole process shares.

@@ -130,7 +130,7 @@ class Method(Settings):
         return tuple(sorted(set(METHOD_PARTS) - set(self.part_names())))
 
     def validate(self, problem: Problem) -> None:
-        """Raise `SettingError` where its parts cannot work together on this problem, before it runs. Left out: they can."""
+        """Raise `SettingError`, before it runs, if its parts cannot work together on this problem. Default: they can."""
 
     @abstractmethod
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:

@@ -87,7 +87,7 @@ class Problem(ABC):
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """What it lacks to be compared with data, though not to be drawn. Left out: nothing."""
+        """Missing parts that a comparison with data needs, but a drawing does not. Default: empty."""
         return ()
 
     def remarks_at(self, speed: Array) -> tuple[str, ...]:

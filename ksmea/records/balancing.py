@@ -143,9 +143,9 @@ def _of_correction(record: CorrectionRecord) -> Quantity | None:
 
 @dataclass(frozen=True)
 class CorrectionRecord:
-    """Weights to be added to the bare rotor, in the units of their planes, and what each entry then is; `p` that of the bare
-    response being from unbalance in the planes alone. Where the `condition` number of the planes is harmful, `common` are the
-    weights without what readings hardly show. `splits` are the weights in holes, with which entries are `left_split`."""
+    """Weights to be added to the bare rotor, in the units of their planes, and what each entry then is; `p` of the hypothesis
+    that the bare response is from unbalance in the planes alone. If the `condition` number of the planes is harmful,
+    `common` are the weights without what readings hardly show. `splits` are the weights in holes, with which entries are `left_split`."""
 
     position: tuple[Length, ...]
     weight: Annotated[tuple[PolarRecord, ...], _of_correction]
@@ -160,13 +160,13 @@ class CorrectionRecord:
     left_split: Annotated[tuple[PolarRecord, ...], MICROMETRES] = ()
 
     def unit(self, plane: int) -> str:
-        """That of weights in a plane, by its number from 0."""
+        """Unit of the weights in a plane, by its number from 0."""
         return self.units[plane] if self.units else USUAL
 
 
 @dataclass(frozen=True)
 class LeftOutRecord:
-    """How well weights are told by runs whose own were not used: root mean square and mean absolute error of sizes,
+    """Errors of weights estimated from runs whose own weights were not used: root mean square and mean absolute error of sizes,
     mean error of angles (deg) of weights of at least `least_of_angle` (g mm), the median, part of the regions that hold the weight."""
 
     weights: tuple[WeightRecord, ...]

@@ -51,12 +51,12 @@ class ElpdDifference:
 
     @property
     def standard_error(self) -> float:
-        """Of the total, from the scatter of the blocks."""
+        """Standard error of the total, from the scatter of the blocks."""
         return float(self.by_block.std(ddof=1) * np.sqrt(len(self.by_block)))
 
     @property
     def median(self) -> float:
-        """Of the differences per block."""
+        """Median of the differences per block."""
         return float(np.median(self.by_block))
 
     @property

@@ -1,4 +1,4 @@
-"""Amplification factors of a response to unbalance, and the separation margins that API 617 asks for.
+"""Amplification factors of a response to unbalance, and the separation margins that API 617 requires.
 
 The amplification factor of a peak at N_c is N_c / (N_2 − N_1), its width at 1/√2 of its height; of a peak whose one side does not fall so
 far, twice the other side. API 617, 7th edition (2002), chapter 1, clause 2.6.2.10 (8th edition: part 1, 4.8.2.10): a peak with a
@@ -36,7 +36,7 @@ class Peak:
 
 @dataclass(frozen=True)
 class SeparationMargin:
-    """A peak beside an operating range; margins are parts of the nearer end of it."""
+    """A peak and its separation from an operating range; margins are parts of the nearer end of the range."""
 
     peak: Peak
     side: Side
@@ -66,7 +66,7 @@ def peaks(speed: Array, amplitude: Array, channels: Sequence[Channel]) -> tuple[
 
 
 def separation_margins(found: Sequence[Peak], low: float, high: float) -> tuple[SeparationMargin, ...]:
-    """The margins of peaks beside an operating range (rad/s)."""
+    """Separation margins of peaks from an operating range (rad/s)."""
     return tuple(_margin(peak, low, high) for peak in found)
 
 

@@ -176,7 +176,7 @@ class FreeRotor(ABC):
 
     @abstractmethod
     def layout(self, speed: float) -> RotorLayout:
-        """What it is made of; coefficients of bearings are those at a spin speed (rad/s)."""
+        """Parts of the rotor; coefficients of bearings are evaluated at a spin speed (rad/s)."""
 
     @abstractmethod
     def motions(self, speed: Array, *, damping: float = 1.0) -> list[Motions]:
@@ -199,7 +199,7 @@ class FreeRotor(ABC):
     @property
     @abstractmethod
     def remarks(self) -> tuple[str, ...]:
-        """What of the rotor its free motions leave out, in sentences."""
+        """Parts of the rotor that its free motions leave out, in sentences."""
 
 
 class Rotordynamic(ABC):

@@ -122,7 +122,7 @@ def _correction(record: BalanceRecord) -> str:
 
 
 def _left(record: BalanceRecord) -> str:
-    """What the correction leaves; no figure where it is 0 by calculation, since there are as many weights as readings."""
+    """Residual vibration after the correction; no figure if it is 0 by calculation, with as many weights as readings."""
     before, after = _root_sum(record.correction.bare), _root_sum(record.correction.left)
     if len(record.entries) <= len(record.correction.weight):
         highest = [each.high for each in record.correction.left if each.high is not None]

@@ -226,8 +226,8 @@ def _critical_speed(rotor: FreeRotor, speed: float, harmonic: float) -> Critical
 def _crossings(
     frequencies: Callable[[Array], Array], table: Array, speed: Array, harmonic: float
 ) -> list[tuple[float, int]]:
-    """Where a column of frequencies, whose `table` at the scanned speeds is (n_speed, n), equals a multiple of the speed, rising, with the
-    column."""
+    """Rising speeds at which a column of frequencies, whose `table` at the scanned speeds is (n_speed, n), equals a
+    multiple of the speed, each with the column."""
     is_above = table >= harmonic * speed[:, None]
     found = []
     for interval, column in zip(*np.nonzero(is_above[:-1] != is_above[1:])):
@@ -244,7 +244,7 @@ def _with_undamped(
     rotor: FreeRotor, critical: CriticalSpeed, undamped: Sequence[tuple[float, int]], n_column: int
 ) -> CriticalSpeed:
     """With the undamped critical speed that it becomes as all damping is taken away: its motion is followed to the undamped one at its
-    own speed, whose frequency is that of one column; where that crosses the harmonic is the answer."""
+    own speed, which belongs to one column of frequencies; the answer is the crossing of this column with the harmonic."""
     at = np.array([critical.speed])
     [before] = rotor.motions(at)
     index = int(np.argmin(np.abs(before.eigenvalue - critical.eigenvalue)))

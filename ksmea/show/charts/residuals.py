@@ -1,4 +1,4 @@
-"""What the models of a diagnosis leave of the data, in units of one law of noise, each at the response of its model; and
+"""Residuals of the models of a diagnosis, in units of one law of noise, each at the response of its model; and
 the two components of a complex residual, as texts, pages and figures name them."""
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def _template(said: str) -> str:
 
 
 def _steps(is_stepped: bool) -> Layout:
-    """Of a line: each value holds up to the next point."""
+    """Layout of a stepped line: each value holds up to the next point."""
     return {"shape": "hv"} if is_stepped else {}
 
 
