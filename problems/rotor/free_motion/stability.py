@@ -6,8 +6,8 @@ of the spin speed; supports are functions of λ and have degrees of freedom of t
 
 The rotor is seen in the space of its lowest modes and of its deflections under forces at the bearings, which leaves out
 only what lies far above the spin speed: free motions that grow whirl below it, or little above. With supports, e_l the
-deflections of support l, v of the housings on pedestals of the rotor itself, and d = q_b − v − Σ T_l e_l of the bearings (T_l
-takes a common support to each, else it is 1), and with f = (K_b + λ C_b + λ² M_b) d,
+deflections of support l, v of the housings on pedestals of the rotor itself, and d = q_b − v − Σ T_l e_l of the bearings
+(T_l takes a common support to each, else it is 1), and with f = (K_b + λ C_b + λ² M_b) d,
 
     λ² q + λ (C + ΩG) q + (K + ΩN) q + Pᵀ f = 0,   (1 + iη_l) e_l + λ² s_l m_l e_l − s_l T_lᵀ f = 0,   (K_p + λ C_p + λ² M_p) v − f = 0,
 

@@ -34,7 +34,7 @@ NOMINAL_PHASE = np.exp(0.25j * np.pi)
 @dataclass(frozen=True)
 class Impedance:
     """The impedance of a bearing, or of its pedestal, from motion in direction `column` to force in direction `row` (0 is x, 1 is y).
-    Its ports are those of its `link`; −1: links are numbered as bearings are. `moved` is the link that moves, if another
+    Its ports belong to its `link`; −1: links are numbered as bearings are. `moved` is the link that moves, if another
     one, by way of a common support."""
 
     bearing: int  # index in `Rotor.supported`
@@ -210,8 +210,8 @@ class LinksOfShaft:
         return np.asarray(own.motion(of_pedestal=of_pedestal) @ unit)
 
     def reading_rows(self, of_shaft: Array) -> Array | ComplexArray:
-        """Rows that read the channels, ([n_speed,] n_channel, n_dof); `of_shaft` (n_channel, n_dof) reads the shaft against the
-        ground."""
+        """Rows that read the channels, ([n_speed,] n_channel, n_dof); `of_shaft` (n_channel, n_dof) reads the shaft
+        against the ground."""
         if not self.readings:
             return of_shaft
         rows = np.tile(of_shaft.astype(complex), (self.n_speed, 1, 1))
@@ -221,8 +221,8 @@ class LinksOfShaft:
         return rows
 
     def beside_shaft(self, n_channel: int) -> ComplexArray:
-        """Motion of ports and channels per unit force at the ports while the shaft is held, (n_speed, n_port + n_channel, n_port):
-        a force on a housing moves it, one between housing and shaft pushes it back."""
+        """Motion of ports and channels per unit force at the ports while the shaft is held,
+        (n_speed, n_port + n_channel, n_port): a force on a housing moves it, one between housing and shaft pushes it back."""
         n_port = PORTS_PER_LINK * len(self.links)
         found = np.zeros((self.n_speed, n_port + n_channel, n_port), dtype=complex)
         for place, (bearing, of_pedestal) in enumerate(self.links):

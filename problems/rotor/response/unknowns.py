@@ -60,7 +60,7 @@ class BearingTarget:
 
     @property
     def columns(self) -> tuple[int, ...]:
-        """What it sets, in the order of COEFFICIENTS."""
+        """Indices in COEFFICIENTS of the coefficients it sets."""
         return COLUMNS_OF[self.coefficient]
 
 
@@ -77,7 +77,7 @@ class PedestalTarget:
 
     @property
     def columns(self) -> tuple[int, ...]:
-        """What it sets, in the order of COEFFICIENTS."""
+        """Indices in COEFFICIENTS of the coefficients it sets."""
         return COLUMNS_OF[self.coefficient]
 
 
@@ -184,8 +184,8 @@ def columns_at(bearing: Bearing, speed: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class RotorNumbers:
-    """Numbers of a rotor that unknowns may set, as arrays, and which unknown sets which; shapes as in `Inputs`, without the
-    first axis."""
+    """Numbers of a rotor that unknowns may set, as arrays, and which unknown sets which; shapes as in `Inputs`, without
+    the first axis."""
 
     rotor: Rotor
     coefficients: Array
