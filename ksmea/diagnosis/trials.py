@@ -48,7 +48,7 @@ class Candidate:
     effect: AnyEffect
 
     def beside(self, problem: Problem) -> Problem | None:
-        """The problem with the effect; None where it cannot act beside those that the problem has."""
+        """The problem with the effect; None if it cannot act together with the effects that the problem has."""
         try:
             return self.effect.added_to(problem)
         except SettingError:
@@ -57,9 +57,9 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Trial:
-    """A candidate's fit against that of the model without it.
+    """A candidate's fit compared with the model without it.
 
-    `deviance_drop` is how much lower its deviance is; `p` is the chance of as large a drop where the effect is absent,
+    `deviance_drop` is how much lower its deviance is; `p` is the chance of as large a drop if the effect is absent,
     corrected for the number of candidates; `delta_bic` > 0 is evidence for the effect.
     """
 
@@ -84,7 +84,7 @@ class Trial:
 
 
 def candidates(problem: Problem, effects: Mapping[str, AnyEffect]) -> list[Candidate]:
-    """Every effect at every location that the problem offers, but for those that the problem has already and those that do
+    """Every effect at every location that the problem offers, except effects that the problem has already and effects that do
     not fit it."""
     return candidates_and_left_out(problem, effects)[0]
 
@@ -105,7 +105,7 @@ def candidates_and_left_out(
 
 
 def none_located(effects: Mapping[str, AnyEffect]) -> str:
-    """What to say of effects of which none has a location."""
+    """Error text for effects without any location."""
     advice = "; ".join(dict.fromkeys(effect.if_nowhere for effect in effects.values()))
     return f"expected effects that this problem has a location for and does not have already, got {', '.join(effects)}; {advice}"
 
@@ -146,9 +146,10 @@ def fitted(
     limit: float = np.inf,
     most: int | None = None,
 ) -> list[Trial]:
-    """All candidates whose deviance comes below a limit, or the `most` promising of them, each fitted from where the model without it
-    fits; highest ΔBIC first. `n_candidate` is the number that p is corrected for, that of the candidates if not given. The most
-    promising one is fitted first: it says which of the others, which processes share, are no rivals."""
+    """All candidates whose deviance comes below a limit, or the `most` best ones by their first step, each
+    fitted from where the model without it fits; highest ΔBIC first. `n_candidate` is the number that p is corrected for, the
+    number of candidates if not given. The one with the best first step is fitted first: it says which of the others, which
+    processes share, are no rivals."""
 
     def tried(entry: tuple[Candidate, Fit], below: float) -> Trial | None:
         candidate, start = entry
@@ -169,8 +170,8 @@ def fitted(
 
 
 def _most_promising_first(without: Fit, found: Sequence[Candidate]) -> list[tuple[Candidate, Fit]]:
-    """The candidates that can act beside what a problem has, with where their fits start, by what their first step promises. No
-    processes share this: what is solved here once, all have from then on."""
+    """The candidates that can act in addition to a problem's effects, with the starts of their fits, by the prediction of
+    their first step. No processes share this: what is solved here once, all have from then on."""
     promising = []
     for candidate in found:
         if (extended := candidate.beside(without.problem)) is not None:
@@ -255,8 +256,8 @@ NEAR = 6.0  # ΔBIC within which effects cannot be told apart (Kass & Raftery 19
 
 @dataclass(frozen=True)
 class Explanation:
-    """Effects at their locations, the fit of the model that has them, and its deviance drop from the baseline model; `p` is
-    that of the last effect beside the others, corrected for the number of candidates."""
+    """Effects at their locations, the fit of the model that has them, and its deviance drop from the baseline model; `p` belongs
+    to the last effect, given the others, corrected for the number of candidates."""
 
     applied: tuple[Candidate, ...]
     fit: Fit
@@ -270,7 +271,7 @@ class Explanation:
 
     @classmethod
     def of_pair(cls, first: Trial, second: Trial) -> Explanation:
-        """A trial of a second effect beside that of a first one."""
+        """A trial of a second effect combined with the trial of a first one."""
         return cls(
             (first.candidate, second.candidate),
             second.fit,
@@ -285,12 +286,12 @@ class Explanation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of its effects, in alphabetical order."""
+        """Names of its effects, in alphabetical order."""
         return tuple(sorted(candidate.name for candidate in self.applied))
 
     @property
     def location(self) -> str:
-        """Of its effects, in the order of their names."""
+        """Locations of its effects, in the order of their names."""
         return " and ".join(
             str(each.effect) for each in sorted(self.applied, key=lambda each: (each.name, str(each.effect)))
         )

@@ -4,7 +4,7 @@ With mean μ(u), r = μ − y and s(μ)² = (relative · |μ|)² + floor², its 
 s₀ = s(y) as the misfit `likelihood` has it, or |y| where the noise is unknown.
 
 The ln s² term stays: without it the estimate is biased towards large responses, and with s taken from the data towards
-small ones. Where the noise is unknown, ln relative and ln floor are two further unknowns, or two for each run of a campaign
+small ones. If the noise is unknown, ln relative and ln floor are two further unknowns, or two for each run of a campaign
 whose runs have noise of their own. `ksmea.inference.maximisation` finds the maximum.
 """
 
@@ -81,7 +81,7 @@ class Likelihood:
 
     @property
     def linearises_at_once(self) -> bool:
-        """Whether a point may be asked for before it is known to be better: where no budget limits evaluations, and a Jacobian costs
+        """Whether to linearise at a point before it is known to be better: if no budget limits evaluations, and a Jacobian costs
         little more than one."""
         return not self._stable_only and self.model.left is None and self.model.problem.linearises_cheaply()
 
@@ -95,7 +95,7 @@ class Likelihood:
         return self.noise_of(theta, self.measurement)
 
     def noise_of(self, theta: Array, measurement: Measurement) -> Noise:
-        """The same of another measurement by the same runs."""
+        """The noise at θ (p,) of another measurement by the same runs."""
         if self._known_noise is not None:
             return self._known_noise
         levels = [(float(relative), float(floor)) for relative, floor in np.exp(theta[self.d :]).reshape(-1, 2)]
@@ -108,13 +108,13 @@ class Likelihood:
         return np.concatenate([u, self.noise_starts(u)[0]])
 
     def noise_starts(self, u: Array) -> list[Array]:
-        """ln relative and ln floor (2,), of each run that has its own, to start from at u (d,): those that fit the residuals
+        """ln relative and ln floor (2,), of each run that has its own, to start from at u (d,): the values that fit the residuals
         there best, best without a floor, and best with a floor as large as the small ones among the residuals. A maximum can
         lie near each."""
         return self._noise_starts(*self._for_noise(u))
 
     def _noise_starts(self, magnitude: Array, squared: Array) -> list[Array]:
-        """The same of what the relative part of the noise is of, and squared residuals (n_speed, n_channel)."""
+        """Noise starts from the magnitudes that the relative part refers to, and squared residuals (n_speed, n_channel)."""
         of_rows = [
             self._starts_of(magnitude[rows].ravel(), squared[rows].ravel(), self._reference_variance[rows].ravel())
             for rows in self.measurement.layout.noise_rows
@@ -122,12 +122,12 @@ class Likelihood:
         return [np.concatenate(parts) for parts in zip(*of_rows, strict=True)]
 
     def _for_noise(self, u: Array) -> tuple[Array, Array]:
-        """What the relative part of the noise is of, and squared residuals, at u (d,): (n_speed, n_channel) each."""
+        """Magnitudes that the relative part of the noise refers to, and squared residuals, at u (d,): (n_speed, n_channel) each."""
         mean = self.measurement.seen(self.model.response(u[None])[0])
         return np.abs(mean), np.abs(mean - self.measurement.values) ** 2
 
     def _starts_of(self, magnitude: Array, squared: Array, reference: Array) -> list[Array]:
-        """The same of data (n,) that share a level; without any, the middle of the limits."""
+        """Noise starts of data (n,) that share a level; without any, the middle of the limits."""
         lower, upper = noise_limits(self.measurement.values)
         if not magnitude.size:
             return [(lower + upper) / 2] * N_START
@@ -178,7 +178,7 @@ class Likelihood:
         return self._deviance(self._residual(response), self._variance(theta, response))
 
     def deviance_of(self, response: ComplexArray) -> float:
-        """The deviance of a response (n_speed, n_channel), m, with the level of the noise that suits it best, where that is unknown."""
+        """The deviance of a response (n_speed, n_channel), m, with the noise level that suits it best, if unknown."""
         residual, magnitude = self._residual(response), np.abs(response)
         if self._known_noise is not None:
             return self._deviance(residual, self._known_noise.variance(magnitude))
@@ -223,16 +223,16 @@ class Likelihood:
         return whitened_difference(response, other, self.noise(theta), self.measurement.kind)
 
     def left(self, theta: Array, response: ComplexArray) -> Array | ComplexArray:
-        """What a response (n_speed, n_channel) leaves of the data, in units of the noise."""
+        """Residuals of the data from a response (n_speed, n_channel), in units of the noise."""
         return -self._residual(response) / self.noise(theta).sd(np.abs(response))
 
     def without_alike(self, theta: Array, left: Array | ComplexArray) -> Array | ComplexArray:
-        """Residuals (n, n_speed, n_channel) in units of the noise, less what is fitted along besides the unknowns: as they
-        are."""
+        """Residuals (n, n_speed, n_channel) in units of the noise, less the part fitted in addition to the unknowns: here
+        unchanged."""
         return left
 
     def alike(self, theta: Array, response: ComplexArray) -> ComplexArray:
-        """What is fitted along besides the unknowns at a response (n_speed, n_channel), m: nothing."""
+        """The part fitted in addition to the unknowns at a response (n_speed, n_channel), m: here zero."""
         return np.zeros_like(response)
 
     def _variance(self, theta: Array, response: Array | ComplexArray) -> Array:

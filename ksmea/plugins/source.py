@@ -24,7 +24,7 @@ from ksmea.settings.settings import Settings
 
 @dataclass(frozen=True)
 class ProblemSettings(Settings):
-    """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns. They are
+    """Settings registered under `ksmea.problems`, which build a problem, and the published values of its unknowns. They are
     apart so that what is handed to an identification cannot hold the values it is to find."""
 
     @abstractmethod
@@ -32,13 +32,13 @@ class ProblemSettings(Settings):
         """The problem, without any value of its unknowns."""
 
     def reference(self) -> Mapping[str, float]:
-        """Published values by parameter name, SI, for synthetic data and tables alone. Left out: none are known."""
+        """Published values by parameter name, SI, for synthetic data and tables alone. Default: empty."""
         return {}
 
 
 @dataclass(frozen=True)
 class MeasurementSource(Settings):
-    """What registers under `ksmea.measurements`: where a measurement comes from. The defaults are those of a source that
+    """Settings registered under `ksmea.measurements`: where a measurement comes from. The defaults are for a source that
     knows no truth, such as real data; `read` or `measure`, `kind` and, where known, `noise` are all that one has to say."""
 
     @property
@@ -47,7 +47,7 @@ class MeasurementSource(Settings):
         """One of `ksmea.measurement.measurement.OBSERVABLES`."""
 
     def read(self) -> Measurement:
-        """The measurement, of a source that holds one whatever the problem is: a file. Left out: it makes its own."""
+        """The measurement, of a source that holds one whatever the problem is: a file. Default: not supported."""
         raise SettingError(f"expected a source that holds a measurement, got {type(self).__name__}; give it a problem")
 
     def measure(
@@ -58,45 +58,45 @@ class MeasurementSource(Settings):
         hidden: np.random.Generator,
     ) -> Measurement:
         """One measurement of the problem that `settings` build. Only what makes data uses the true values (SI by name)
-        and the generators, of the noise and of effects that are hidden in the data. Left out: what it holds (`read`)."""
+        and the generators, of the noise and of effects that are hidden in the data. Default: the measurement it holds (`read`)."""
         return self.read()
 
     def layout(self, settings: ProblemSettings) -> Layout:
-        """Speeds, channels and kind of every measurement, before one is made. Left out: as `measure` returns them."""
+        """Speeds, channels and kind of every measurement, before one is made. Default: as `measure` returns them."""
         unused = np.random.default_rng(0)
         return self.measure(settings, {}, unused, unused).layout
 
     @property
     def noise(self) -> Noise | None:
-        """The noise in the data. Left out: nobody knows it."""
+        """The noise in the data. Default: None, not known."""
         return None
 
     @property
     def noise_known(self) -> bool:
-        """Whether an identification is told the noise. Left out: where it is known at all."""
+        """Whether the identification uses the noise level. Default: True if it is known."""
         return self.noise is not None
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a report should say of the data, such as what was left out. Left out: nothing."""
+        """Remarks on the data for reports, such as what was left out. Default: empty."""
         return ()
 
     def true_values(self, settings: ProblemSettings) -> Mapping[str, float]:
-        """True value of every unknown of the aligned problem by name, SI. Left out: nobody knows any."""
+        """True value of every unknown of the aligned problem by name, SI. Default: empty, not known."""
         return {}
 
     def response(
         self, settings: ProblemSettings, truth: Mapping[str, float], hidden: np.random.Generator
     ) -> ComplexArray | None:
-        """What is measured, without its noise, (n_speed, n_channel) m. Left out: nobody knows it."""
+        """The measured response without its noise, (n_speed, n_channel) m. Default: None, not known."""
         return None
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
-        """What data drawn by `hidden` hide, for records. Left out: nothing that anyone knows of."""
+        """Effects hidden in data drawn by `hidden`, for records. Default: empty."""
         return ()
 
     def with_hidden(
         self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
     ) -> tuple[Problem, Array] | None:
-        """A problem with what data drawn by `hidden` hide, and true values (e,) SI of the unknowns added. Left out: None."""
+        """A problem with what data drawn by `hidden` hide, and true values (e,) SI of the unknowns added. Default: None."""
         return None

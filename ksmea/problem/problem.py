@@ -50,7 +50,7 @@ class Problem(ABC):
     """A rotor with unknowns, seen at given speeds through given channels. It never knows the true values.
 
     Attributes or properties of every problem: `parameters`, the unknowns; `speed`, (n_speed,) rad/s; `channels`; `campaign`, the
-    runs that its speeds belong to, None where they are those of one run without known weights.
+    runs that its speeds belong to, None for one run without known weights.
     """
 
     if TYPE_CHECKING:  # read-only; a property would become the default of a dataclass's field of that name
@@ -82,7 +82,7 @@ class Problem(ABC):
         """(n, d) SI → (n, n_speed, n_channel), m."""
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
-        """The same rotor at other speeds (rad/s) and channels. Left out: it is only seen as it is."""
+        """The rotor evaluated at other speeds (rad/s) and channels. Default: not supported."""
         raise self._refusal("can be seen at other speeds and channels", "measure what it has, or give it `at`")
 
     @property
@@ -96,7 +96,7 @@ class Problem(ABC):
 
     @property
     def machine(self) -> Problem:
-        """What effects are told of: the problem itself; of several runs the machine that all of them saw."""
+        """The problem that effects act on: itself; of several runs the machine common to all."""
         return self
 
     def changed(self, change: Callable[[Problem], Problem]) -> Problem:
@@ -104,71 +104,72 @@ class Problem(ABC):
         return change(self)
 
     def sensitivity(self, x: Array) -> ComplexArray:
-        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. Left out: differences, counted as evaluations."""
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. Default: differences, counted as evaluations."""
         raise self._refusal(
             "has a sensitivity", "take differences of its response (`ksmea.problem.counted.Model.linearise`)"
         )
 
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Response (n_speed, n_channel) and sensitivity at x (d,) SI, together one Jacobian. Left out: one after the other."""
+        """Response (n_speed, n_channel) and sensitivity at x (d,) SI, together one Jacobian. Default: one after the other."""
         return self.response(x[None])[0], self.sensitivity(x)
 
     def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
-        """Whether `linearised_per_load` costs no more than a few responses at single points. Left out: it does not."""
+        """Whether `linearised_per_load` costs no more than a few responses at single points. Default: False."""
         return False
 
     @property
     def costly(self) -> Indices:
-        """Indices of the unknowns each new value of which costs far more than one of the others. Left out: none are."""
+        """Indices of the unknowns each new value of which costs far more than one of the others. Default: empty."""
         return np.empty(0, dtype=int)
 
     @property
     def sites(self) -> Array:
-        """Where along the shaft a probe could look or a trial weight could sit, (n,) m. Left out: nowhere is known."""
+        """Positions along the shaft for a probe or a trial weight, (n,) m. Default: empty."""
         return np.empty(0)
 
     @property
     def landmarks(self) -> Mapping[str, float]:
-        """What sits where along the shaft, in words, m: for texts and drawings. Left out: nothing is known."""
+        """Positions (m) of parts along the shaft by their names, for texts and drawings. Default: empty."""
         return {}
 
     @property
     def has_free_phase(self) -> bool:
-        """Whether the phase of the whole response is unknown. Left out: where `phase_origin` is one of its unknowns."""
+        """Whether the phase of the whole response is unknown. Default: True if `phase_origin` is one of its unknowns."""
         return PHASE_ORIGIN in self.parameters.names
 
     def with_phase_origin(self) -> Problem:
-        """The same rotor with the phase of all unbalance unknown; itself where it is so. Left out: it has no use for such."""
+        """The rotor with the phase of all unbalance unknown; itself if it is already. Default: not supported."""
         raise self._refusal("can leave the origin of its phases open", "use the amplitudes alone")
 
     def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
-        """The same rotor with a known unbalance (kg m, rad) added at a position (m). Left out: it takes none."""
+        """The rotor with a known unbalance (kg m, rad) added at a position (m). Default: not supported."""
         raise self._refusal("takes a trial unbalance", "leave the trial run out")
 
     def with_unknown_unbalance(self, position: float, names: tuple[str, str], at_most: float) -> Problem:
-        """The same rotor with an unknown unbalance added at a position (m): two unknowns of these names, its components at 0° and
-        90° within ± `at_most` (kg m). Left out: it takes none."""
+        """The rotor with an unknown unbalance added at a position (m): two unknowns of these names, its components at 0° and
+        90° within ± `at_most` (kg m). Default: not supported."""
         raise self._refusal("takes an unknown weight", "give the weight's g_mm")
 
     def going(self, direction: str) -> Problem:
-        """As the speed goes in one run of a campaign: up, down, steady, or '' where nobody says. Left out: as it is."""
+        """The problem for one run of a campaign whose speed goes up, down, is steady, or '' if not known. Default: unchanged."""
         return self
 
     def next_to(self, motion: ComplexArray) -> Problem:
-        """The same; of several steady motions that next to which its nonlinear force moves (n_speed, 2), m at 1X. Left out: it has one."""
+        """The problem that takes, of several steady motions, the one nearest to a motion (n_speed, 2), m at 1X, of the site of its
+        nonlinear force. Default: unchanged, it has one."""
         return self
 
     def unbalance(self, x: Array) -> Mapping[float, complex]:
-        """Its unbalance at x (d,) SI by position (m), kg m, angles as of `with_unbalance`. Left out: it cannot tell."""
+        """Its unbalance at x (d,) SI by position (m), kg m, angles as of `with_unbalance`. Default: empty."""
         return {}
 
     @property
     def unknown_impedances(self) -> tuple[UnknownImpedance, ...]:
-        """Its unknown impedances, where its response is linear and made by these and `unbalance`. Left out: it cannot tell."""
+        """Its unknown impedances, if its response is linear and made by these and `unbalance`. Default: empty."""
         return ()
 
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
-        """Response to unit loads at 1X, (n, d) SI → (n, n_speed, n_channel, n_load) m per N or N m. Left out: it takes none."""
+        """Response to unit loads at 1X, (n, d) SI → (n, n_speed, n_channel, n_load) m per N or N m. Default: not supported."""
         raise self._refusal("takes loads on its shaft", "take one that is made of a rotor")
 
     def response_and_per_load(self, x: Array, loads: Sequence[Load]) -> tuple[ComplexArray, ComplexArray]:
@@ -177,7 +178,7 @@ class Problem(ABC):
 
     def linearised_per_load(self, x: Array, loads: Sequence[Load]) -> tuple[ComplexArray, ComplexArray]:
         """`response` and then `load_response` at x (d,) SI as columns (n_speed, n_channel, 1 + n_load), and their derivatives
-        (…, d) per SI unit. Left out: by central differences of both, or without loads as `linearised` has them."""
+        (…, d) per SI unit. Default: by central differences of both, or without loads as `linearised` has them."""
         if not loads and self.has_sensitivity:
             response, sensitivity = self.linearised(x)
             return response[..., None], sensitivity[:, :, None]
@@ -191,25 +192,25 @@ class Problem(ABC):
         return differenced(columns, x, CUBE_STEP * self.parameters.width, self.parameters.lower, self.parameters.upper)
 
     def dense_response(self, x: Array) -> ComplexArray:
-        """`response` by a second, slower route, for comparison and for making data. Left out: there is none."""
+        """`response` by a second, slower route, for comparison and for making data. Default: not supported."""
         raise self._refusal("has a dense route", "give measurement.route=reduced")
 
     def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
         """Speeds (rad/s) up to `highest` at which a damped natural frequency equals the spin speed, rising, at values
-        x (d,) SI; None: up to its own highest speed. Left out: it does not know its modes."""
+        x (d,) SI; None: up to its own highest speed. Default: not supported."""
         raise self._knows_no_modes()
 
     def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
-        """Its damped natural modes at x (d,) SI and a spin speed (rad/s), the first `n_mode` or all. Left out: as above."""
+        """Its damped natural modes at x (d,) SI and a spin speed (rad/s), the first `n_mode` or all. Default: not supported."""
         raise self._knows_no_modes()
 
     def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
-        """Natural frequencies and damping ratios of its first modes over spin speeds (n_speed,) rad/s. Left out: as above."""
+        """Natural frequencies and damping ratios of its first modes over spin speeds (n_speed,) rad/s. Default: not supported."""
         raise self._knows_no_modes()
 
     def growth_rate(self, x: Array, speed: Array) -> Array:
         """The largest real part of any damped eigenvalue (1/s) at values x (d,) SI and each spin speed (n_speed,) rad/s:
-        above 0 a free motion grows, and no steady response exists. Left out: it cannot tell."""
+        above 0 a free motion grows, and no steady response exists. Default: not supported."""
         raise self._refusal("knows its damped eigenvalues", "take one that is made of a rotor")
 
     def stability_threshold(self, x: Array, highest: float) -> float:
