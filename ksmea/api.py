@@ -134,9 +134,10 @@ def identify(
     """The unknowns of a problem from a measurement, each with an interval of confidence `level`.
 
     `method` is a registered name – "direct" searches the true model, "ksmea" a surrogate of it that is refined – or a
-    method made by hand, which brings its own parts along. `settings` are those of the named method. Without an optimiser,
+    method made by hand, which brings its own parts. `settings` belong to the named method. Without an optimiser,
     "direct" takes least squares from many starts ("lm"), every other method differential evolution ("de"). `unmodelled`, a
-    position (m) or "auto", adds the unknowns beside a force that the model lacks, which stay true although the model is wrong.
+    position (m) or "auto", adds the unknowns fitted with a force that the model lacks, which stay true although the model
+    is wrong.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk")
@@ -185,7 +186,7 @@ def identifiability(
     `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (by default published values, and the
     middles of the limits of unknowns that have none, which a note tells). A `measurement` stands in for all of these by its
     most likely values and noise, and is what further data are added to.
-    `settings` are those of `study=identifiability`: level, variations …
+    `settings` as for `study=identifiability`: level, variations …
 
     >>> import ksmea
     >>> result = ksmea.identifiability(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
@@ -215,7 +216,7 @@ def plan(
 ) -> PlanResult:
     """Which speeds, probes or trial unbalance to add so that `target`, or all unknowns together, become known best.
 
-    The arguments are those of `identifiability`; `settings` are those of `study=plan`: add, sensors, band …
+    The arguments are the same as for `identifiability`; `settings` as for `study=plan`: add, sensors, band …
 
     >>> import ksmea
     >>> result = ksmea.plan(ksmea.load_problem("three_disk"), "cyy", relative=0.1, add=2, sensors=0, trial_phases=[])
@@ -240,12 +241,11 @@ def diagnose(
     workers: int = 1,
     **settings: Any,
 ) -> DiagnosisResult:
-    """What the model gets wrong about a measurement, which effect explains it, and what the extended model is worth.
+    """Misfit of a model to a measurement, the effect that explains it, and the predictive gain of the extended model.
 
-    `effects` names those that are tried, all that are registered if none is named, and with ["none"] none at all; `without`
-    leaves some out. `settings` are
-    those of `study=diagnose`: level, blocks, starts … A diagnosis takes from a second to a minute, with two `workers`, processes
-    that share it, little more than half of that; what it finds is the same.
+    `effects` names the effects to try, all registered ones if none is named, and no effect with ["none"]; `without` leaves
+    some out. `settings` as for `study=diagnose`: level, blocks, starts … A diagnosis takes from a second to a minute, with
+    two `workers`, processes that share it, little more than half of this; the result does not depend on them.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0])
@@ -268,10 +268,10 @@ def locate(
     problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0, workers: int = 1, **settings: Any
 ) -> LocationResult:
     """Where something acts that the model lacks, although nobody knows what: at which sites an unknown force, moment or
-    reading, free at every speed, explains the data, and what it does there. The unknowns beside it stay true although the
+    reading, free at every speed, explains the data, and what it does there. The unknowns fitted with it stay true although the
     model is wrong.
 
-    It takes complex data of three channels or more. `settings` are those of `study=locate`: level, positions, kinds … At most
+    It takes complex data of three channels or more. `settings` as for `study=locate`: level, positions, kinds … At most
     `workers` processes share the sites; what is found is the same.
 
     >>> import ksmea
@@ -293,7 +293,7 @@ def locate(
 def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResult:
     """Influence coefficients, unknown weights and correction weights of a campaign, without a model of the rotor.
 
-    The runs are at the same speeds, with phases; a weight without `g_mm` is unknown. `settings` are those of `study=balance`:
+    The runs are at the same speeds, with phases; a weight without `g_mm` is unknown. `settings` as for `study=balance`:
     drift, leave_out, level …
 
     >>> import ksmea
@@ -334,7 +334,7 @@ def _noise(relative: float, floor: float) -> Noise:
 def _design_point(
     problem: LoadedProblem, values: Mapping[str, float] | None, noise: Noise, kind: str, noise_known: bool
 ) -> DesignPoint:
-    """Planned data at values of the unknowns, those that are assumed told."""
+    """Planned data at values of the unknowns, with remarks on assumed ones."""
     taken = problem.middles(values)
     said = (
         f"no value is known of {', '.join(taken)}: the middles of the limits are taken, the geometric ones where these lie a decade"

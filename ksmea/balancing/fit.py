@@ -1,7 +1,7 @@
 """Influence coefficients and their covariance from runs with known weights, by generalised least squares.
 
-How the covariance of a run's entries is found depends on how many runs there are beyond those that the coefficients take
-(`method`): `free` estimates all of it, with a drift over time and a growth with the weights where the data ask for them;
+The covariance of a run's entries is estimated by a `method` that depends on how many more runs there are than the
+coefficients take: `free` estimates all of it, with a drift over time and a growth with the weights if the data require them;
 `common` one factor on what `sigma_um`, repeats or nothing says of the entries; `stated` and `repeats` take that as it is;
 `none` leaves intervals out.
 """
@@ -34,7 +34,7 @@ AUTO, YES, NO = "auto", "yes", "no"
 
 @dataclass(frozen=True)
 class Terms:
-    """What the model has beside constant influence coefficients."""
+    """Terms of the model in addition to constant influence coefficients."""
 
     slope: bool = False
     growth: bool = False
@@ -65,7 +65,7 @@ class Fit:
         return np.asarray(np.sum(np.abs(np.nan_to_num(self.readings.weights) / self.influence.scale) ** 2, axis=1))
 
     def covariance(self, runs: Indices, others: Indices) -> ComplexArray:
-        """Of the responses of runs with those of others, both flat over runs and entries."""
+        """Covariance of the responses of runs with the responses of others, both flat over runs and entries."""
         equal = (runs[:, None] == others) * self.components.factor(self.load[runs])[:, None]
         found = np.kron(equal, self.components.spread)
         time, drift = self.readings.time, self.components.drift
@@ -122,7 +122,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Asked:
-    """What is fitted beside constant influence coefficients: yes, no or auto, where the data ask for it."""
+    """Terms to fit in addition to constant influence coefficients: yes, no or auto, if the data require it."""
 
     drift: str = AUTO
     slope: str = AUTO
@@ -132,7 +132,7 @@ class Asked:
 def fitted(readings: Readings, used: Indices, asked: Asked) -> Fit:
     """The fit to runs with known weights.
 
-    Raises `SettingError` where the runs do not tell the planes apart, or a drift is asked for that they cannot show.
+    Raises `SettingError` if the runs do not distinguish the planes, or cannot show a requested drift.
     """
     response, weights = readings.response[used], readings.weights[used]
     _require_rank(readings, weights)
@@ -264,5 +264,5 @@ def _wald(values: ComplexArray, covariance: ComplexArray) -> float:
 
 
 def refitted(fit: Fit) -> Fit:
-    """The same terms fitted to the runs used now, τ and κ as they are."""
+    """The fit's terms fitted to the runs used now, τ and κ unchanged."""
     return _iterated(fit, fit.components.growth > 0, 1)[0]

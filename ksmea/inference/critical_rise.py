@@ -1,11 +1,11 @@
 """How far the deviance may rise within an interval: the quantile of what it is higher at the truth than at its minimum.
 
-Around one maximum that is χ² with one degree of freedom, or, where the noise is estimated along, n ln(1 + F/(n − d)) with
+Around one maximum the rise is χ² with one degree of freedom, or, if the noise is also estimated, n ln(1 + F/(n − d)) with
 F(1, n − d) from n residuals and d unknowns, which is exact for a linear model.
 
-Where the likelihood has several maxima, the truth's need not be the highest. With δ the difference of the mean at another
+If the likelihood has several maxima, the truth's need not be the highest. With δ the difference of the mean at another
 maximum, in units of the noise, less what the unknowns there can make up for, and standard normal noise ε, the deviance of
-the other one is |δ|² + 2 ε·δ above that of the truth's: where this is negative, the rise at the truth is larger by as much.
+the other one is |δ|² + 2 ε·δ above the deviance of the truth's: if this is negative, the rise at the truth is larger by as much.
 δ is orthogonal to all that moves the first part of the rise, so that the two are independent. The best maximum stands in
 for the truth's.
 
@@ -55,7 +55,7 @@ def critical_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point] 
 
 
 def linear_rise(likelihood: Likelihood, level: float) -> float:
-    """The same for one maximum of a linear model."""
+    """Critical rise for a single maximum of a linear model."""
     n, left = likelihood.n_residual, likelihood.n_residual - likelihood.d
     if not likelihood.noise_is_estimated:
         return float(scipy.stats.chi2.ppf(level, 1))
@@ -71,8 +71,8 @@ def _tail(likelihood: Likelihood, rise: Array) -> Array:
 
 
 def _excess(likelihood: Likelihood, maxima: Sequence[Point]) -> Array:
-    """How much higher the deviance of the first of some maxima is than that of the best, in draws of the noise (n,), were the
-    first the truth's."""
+    """Excess of the deviance of the first of some maxima over the best, in noise realisations (n,), were the first the
+    truth's."""
     if len(maxima) < 2:
         return np.zeros(1)
     differences = _differences(likelihood, *maxima)  # (n_other, m)

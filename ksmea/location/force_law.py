@@ -2,13 +2,13 @@
 
 Coefficients and the model's unknowns are fitted together. A force that is free at each speed fits best, so the excess of a law
 is a test of it, with the difference in numbers as degrees of freedom; laws, also at different sites, compare by BIC. Fits start
-where a law comes nearest to the recovered force. Laws that are not linear in the motion cost more; they are fitted only if they
+from the law nearest to the recovered force. Laws that are not linear in the motion cost more; they are fitted only if they
 come as near to the recovered force as the linear ones.
 
 A located law can also become part of the model. A location compares laws with a free force, with its own weights; in the model
-the law is an effect like any other, and noise and unknowns are those of the likelihood. It is fitted from the unknowns of the
-free force, and from those of the baseline model: an unknown that acts at the located site shows in the data only once the force
-follows a law.
+the law is an effect like any other, and noise and unknowns follow from the likelihood. It is fitted from the unknowns of the
+free force, and from the unknowns of the baseline model: an unknown that acts at the located site shows in the data only
+once the force follows a law.
 """
 
 from __future__ import annotations
@@ -98,7 +98,8 @@ class LawTrial:
 
 class LawLikelihood(SumOfSquares):
     """χ² of a model with a law at a site, of unknowns in the unit cube and, behind them, of coefficients in units of `scale`:
-    what `ksmea.inference.maximisation` can maximise. Of several steady motions that of the site is the one next to `near` (n_speed, 2), m."""
+    for `ksmea.inference.maximisation`. Of several steady motions of the site, the one next to `near` (n_speed, 2), m, is
+    taken."""
 
     def __init__(self, site: SiteFit, law: Law, scale: Array, near: ComplexArray | None = None) -> None:
         base = site.likelihood
@@ -114,13 +115,13 @@ class LawLikelihood(SumOfSquares):
         self._seen = through(problem, [*problem.channels, *at_site]) if at_site else problem
 
     def with_noise_of(self, site: SiteFit) -> LawLikelihood:
-        """The same with the weights of another fit of the site; the rotor is not reduced again."""
+        """This likelihood with the weights of another fit of the site; the rotor is not reduced again."""
         other = copy(self)
         other._base = site.likelihood
         return other
 
     def at(self, theta: Array) -> Point:
-        """Of several steady motions those next to θ are found from the one at θ."""
+        """Point at θ; of several steady motions, neighbours of θ take the one nearest to the motion at θ."""
         differences = central_differences(theta, STEP, self.lower, self.upper)
         mean, _, motion = self._steady(theta[None], self.near)
         around, _, _ = self._steady(differences.points, motion[0])
@@ -129,11 +130,11 @@ class LawLikelihood(SumOfSquares):
         return Point(theta, float(residual @ residual), 2 * jacobian.T @ residual, jacobian)
 
     def _residual(self, theta: Array) -> Array:
-        """What is left at points (n, p), as real numbers of unit variance (n, m)."""
+        """Residuals at points (n, p), as real numbers of unit variance (n, m)."""
         return self.whitened(self._steady(theta, self.near)[0])
 
     def whitened(self, mean: ComplexArray) -> Array:
-        """What responses (n, n_speed, n_channel) leave, as real numbers of unit variance (n, m)."""
+        """Residuals of responses (n, n_speed, n_channel), as real numbers of unit variance (n, m)."""
         left = (mean - self._base.measured) / self._base.sd
         return self._base.measurement.kind.real_parts(left.reshape(len(mean), -1), axis=1)
 
@@ -142,8 +143,8 @@ class LawLikelihood(SumOfSquares):
         return self._steady(theta, self.near)[:2]
 
     def _steady(self, theta: Array, near: ComplexArray | None) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """The same and the motion of the site, (n, n_speed, 2) m, next to one (n_speed, 2); of a law that does not follow it none,
-        (n, n_speed, 0)."""
+        """Response, force and motion of the site, (n, n_speed, 2) m, next to one (n_speed, 2); the motion is empty,
+        (n, n_speed, 0), for a law that does not follow it."""
         u, place = np.unique(
             theta[:, : self.d], axis=0, return_inverse=True
         )  # many points differ in coefficients alone
@@ -159,9 +160,10 @@ class LawLikelihood(SumOfSquares):
 
 
 def fitted_laws(sites: Sequence[SiteFit], noise: Noise, progress: Callable[[], None] = lambda: None) -> list[LawFit]:
-    """Every law of its kind at sites of an unknown force or moment, those that leave least first, the lowest BIC first; `noise`
-    is that of the location. The first sites of each quantity are tried, then neighbours of the best fit until none is better: where
-    many sites are accepted, the one of a law may leave no less than others. `progress` is called at each fit."""
+    """Every law of its kind at sites of an unknown force or moment, given in order of their residuals, the lowest BIC first;
+    `noise` is the noise of the location. The first sites of each quantity are tried, then neighbours of the best fit until none
+    is better: if many sites are accepted, the residuals at the site of a law may be no smaller than at others. `progress` is
+    called at each fit."""
     first = [
         site
         for quantity in LOADS
@@ -224,7 +226,7 @@ def _beside(place: Unmodelled, sites: Sequence[SiteFit]) -> list[SiteFit]:
 
 
 def _all_fitted(trials: Iterable[LawTrial], noise: Noise, progress: Callable[[], None] = lambda: None) -> list[LawFit]:
-    """The lowest BIC first; without those that have no steady motion."""
+    """Fits by rising BIC, without laws that have no steady motion."""
     fits = []
     for trial in trials:
         fits.append(_fitted(trial, noise))
@@ -293,8 +295,8 @@ def _law_fit(site: SiteFit, likelihood: LawLikelihood, found: Point, noise: Nois
 
 
 def _beyond(site: SiteFit, likelihood: LawLikelihood, deviance: float) -> tuple[float, int]:
-    """What a law with a deviance leaves beyond what the free force does, in units of the noise that this leaves, and by how many
-    numbers it has fewer."""
+    """Excess of a law's deviance over the free force's, in units of the noise estimated with the free force, and how many
+    fewer numbers the law has."""
     free = site.point
     n_more = 2 * free.free.size - len(likelihood.scale) - (likelihood.d - free.n_searched)
     return max(deviance - free.deviance, 0.0) / own_noise(site) ** 2, n_more
