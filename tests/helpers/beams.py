@@ -1,10 +1,8 @@
 """Uniform beams and what beam theory says of them on two pins."""
 
-import dataclasses
-
 import numpy as np
 
-from problems.rotor.finite_elements.assembly import Matrices, assemble_free, node_dof
+from problems.rotor.finite_elements.assembly import assemble_free, node_dof
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.segments import Material, ShaftSegment
 from problems.rotor.finite_elements.shaft import shear_coefficient
@@ -20,7 +18,7 @@ def pinned(rotor):
     """The matrices of a rotor whose ends do not move."""
     matrices, last = assemble_free(rotor), len(rotor.node_positions) - 1
     keep = np.setdiff1d(np.arange(len(matrices.mass)), [*node_dof(0)[:2], *node_dof(last)[:2]])
-    return Matrices(*(getattr(matrices, field.name)[np.ix_(keep, keep)] for field in dataclasses.fields(matrices)))
+    return matrices.on(np.eye(len(matrices.mass))[:, keep])
 
 
 def euler_load(beam):

@@ -1,14 +1,13 @@
 """The steady motion of a rotor with forces that depend on it otherwise than linearly, by integration over time: the second route to
 harmonic balance."""
 
-import dataclasses
 from math import cos, sin
 
 import numpy as np
 import scipy.linalg
 from scipy.integrate import odeint
 
-from problems.rotor.finite_elements.assembly import Matrices, assemble, displacement_row
+from problems.rotor.finite_elements.assembly import assemble, displacement_row
 from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
 from problems.rotor.response.dense import channel_rows, dynamic_stiffness
 from problems.rotor.response.unknowns import rotor_at
@@ -54,7 +53,7 @@ def integrated_response(problem, x, positions, force_at, n_mode=8, n_turn=100, n
     rotor, speed = rotor_at(problem.rotor, problem.unknowns, x), problem.speed
     whole = assemble(rotor)
     modes = scipy.linalg.eigh(whole.stiffness, whole.mass)[1][:, :n_mode]
-    low = Matrices(*(modes.T @ getattr(whole, field.name) @ modes for field in dataclasses.fields(Matrices)))
+    low = whole.on(modes)
     sites = [modes.T @ np.stack([displacement_row(rotor, position, axis) for axis in "xy"]).T for position in positions]
     exciting = modes.T @ (force_per_unbalance(rotor, speed) @ complex_unbalance(rotor)).T  # (n_mode, n_speed)
     linear = np.linalg.solve(dynamic_stiffness(low, speed), exciting.T[..., None])[..., 0]

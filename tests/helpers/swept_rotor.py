@@ -1,12 +1,10 @@
 """A rotor whose speed sweeps, by integration over time: the second route to what `problems/rotor/extension/run_up.py` has in closed form."""
 
-import dataclasses
-
 import numpy as np
 import scipy.linalg
 from scipy.integrate import solve_ivp
 
-from problems.rotor.finite_elements.assembly import Matrices, assemble
+from problems.rotor.finite_elements.assembly import assemble
 from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
 from problems.rotor.response.dense import channel_rows, dynamic_stiffness
 from problems.rotor.response.unknowns import rotor_at
@@ -23,7 +21,7 @@ def swept_response(problem, x, rate, n_mode=10):
     rotor = rotor_at(problem.rotor, problem.unknowns, x)
     whole, speed = assemble(rotor), problem.speed
     modes = scipy.linalg.eigh(whole.stiffness, whole.mass)[1][:, :n_mode]
-    low = Matrices(*(modes.T @ getattr(whole, field.name) @ modes for field in dataclasses.fields(Matrices)))
+    low = whole.on(modes)
     unbalance = modes.T @ force_per_unbalance(rotor, np.ones(1))[0] @ complex_unbalance(rotor)
     steady = np.linalg.solve(dynamic_stiffness(low, speed), speed[:, None, None] ** 2 * unbalance[:, None])[..., 0]
     start = FAR[0] * speed.min() if rate > 0 else FAR[1] * speed.max()

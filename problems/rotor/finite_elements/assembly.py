@@ -39,6 +39,13 @@ class Matrices:
     # iH q in each, with the sign of its frequency. None: there is none
     hysteretic: Array | None = None
 
+    def on(self, basis: Array) -> Matrices:
+        """These in the space of a basis (n_dof, n)."""
+        parts = (self.mass, self.damping, self.gyroscopic, self.stiffness, self.circulatory)
+        mass, damping, gyroscopic, stiffness, circulatory = (basis.T @ part @ basis for part in parts)
+        hysteretic = None if self.hysteretic is None else basis.T @ self.hysteretic @ basis
+        return Matrices(mass, damping, gyroscopic, stiffness, circulatory, hysteretic)
+
     def hysteresis(self, harmonic: float) -> tuple[Array, Array] | None:
         """What H adds to the dynamic stiffness of a motion at ω = hΩ, real and imaginary part: iH (sgn(h − 1) P_f + P_b), P_f and P_b the
         parts of a motion that whirl forward and backward (E. S. Zorzi & H. D. Nelson, J. Eng. Power 99 (1977) 71–76)."""

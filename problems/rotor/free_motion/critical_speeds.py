@@ -99,8 +99,7 @@ def _lowest_modes(matrices: Matrices, highest: float) -> tuple[Matrices, Array]:
         basis = np.hstack([basis, deflections * np.linalg.norm(basis[:, 0]) / np.linalg.norm(deflections, axis=0)])
     directions, sizes, _ = np.linalg.svd(basis / np.linalg.norm(basis, axis=0), full_matrices=False)
     basis = directions[:, sizes > 1e-9 * sizes[0]]
-    parts = (matrices.mass, matrices.damping, matrices.gyroscopic, matrices.stiffness, matrices.circulatory)
-    return Matrices(*(basis.T @ part @ basis for part in parts)), basis
+    return matrices.on(basis), basis
 
 
 def _corrected(whole: Matrices, low: Matrices, basis: Array, start: float) -> float | None:
