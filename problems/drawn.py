@@ -28,7 +28,9 @@ from ksmea.measurement.observable import Observable
 from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from ksmea.units import DEGREE, GIGAPASCAL, GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
+from ksmea.units import DEGREE, GIGAPASCAL
+from problems.drawn_numbers import UNITS, Range, limited_about, log_uniform, rounded
+from problems.drawn_parts import PARTS, Draw, in_order, with_parts
 from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.mesh import uniform_shaft
@@ -36,8 +38,6 @@ from problems.rotor.finite_elements.segments import Disk, Material
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
 from problems.rotor_settings import channels_of
-
-Range = tuple[float, float]  # drawn from evenly in the logarithm, unless said otherwise
 
 
 @dataclass(frozen=True)
@@ -90,10 +90,6 @@ CROSS_COUPLING = (
 )  # of √(kxx kyy), evenly; alike in both directions, as of a bearing with inclined axes: stable
 N_ELEMENT = 16  # two at least between neighbouring things, mostly three
 
-# Search limits: the upper one in parts of the lower one, and where between them the true value lies, evenly in the logarithm: the
-# middle says nothing. Of the paper's limits, as far as known, the ratios are 10, 100 and 10.
-LIMIT_RATIOS = {"stiffness": (4.0, 30.0), "damping": (10.0, 300.0), "unbalance": (4.0, 30.0)}
-LIMIT_PLACE = 0.1, 0.9
 # Either way, evenly, of the root of the product of the upper limits of kxx and kyy: it tells nothing that these do not.
 CROSS_LIMITS = 0.35, 0.6
 FULL_TURN = -180 * DEGREE, 180 * DEGREE
@@ -104,14 +100,7 @@ PROBES = {1: ((0.1, 0.9),), 2: ((0.1, 0.45), (0.55, 0.9))}  # where they look in
 
 SOUND_NOISE, SOUND_CRLB, SOUND_SHARE = 0.05, 0.5, 0.5
 MAX_DRAWS = 200
-DIGITS = 4
 
-UNITS = {
-    "stiffness": ("MN/m", MEGANEWTON_PER_METRE),
-    "damping": ("kN s/m", KILONEWTON_SECOND_PER_METRE),
-    "unbalance": ("g mm", GRAM_MILLIMETRE),
-    "angle": ("deg", DEGREE),
-}
 QUANTITY_BY_LETTER = {
     "k": "stiffness",
     "c": "damping",
@@ -166,14 +155,20 @@ class Drawn(ProblemSettings):
     held_back: bool = setting(
         False, "draw from another stream of the same ranges, which no method is developed on: for the final ranking"
     )
+    machine_parts: list[str] = setting(
+        [],
+        "what real machines have beside: tables (bearings as tables over speed, a factor on each unknown), seals (a known one"
+        " with cross-coupling), supports (of known stiffness or, as likely, unknown), layers (a sleeve); in any order",
+        choices=tuple(PARTS),
+    )
 
     def build(self) -> RotorProblem:
         """The problem; its rotor carries no values of the unknowns."""
-        return drawn(self.family, self.held_back, self.instance).problem
+        return drawn(self.family, self.held_back, self.instance, in_order(self.machine_parts)).problem
 
     def reference(self) -> dict[str, float]:
         """The values that were drawn, SI."""
-        return dict(drawn(self.family, self.held_back, self.instance).true)
+        return dict(drawn(self.family, self.held_back, self.instance, in_order(self.machine_parts)).true)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,11 +184,12 @@ class Instance:
 
 
 @cache
-def drawn(family: str, held_back: bool, number: int) -> Instance:
-    """The first sound draw of an instance."""
-    rng = np.random.default_rng(np.random.SeedSequence([*family.encode(), int(held_back), number]))
+def drawn(family: str, held_back: bool, number: int, parts: tuple[str, ...] = ()) -> Instance:
+    """The first sound draw of an instance with further parts, which are in the order of `PARTS`."""
+    entropy = [*family.encode(), int(held_back), number, *" ".join(parts).encode()]
+    rng = np.random.default_rng(np.random.SeedSequence(entropy))
     for _ in range(MAX_DRAWS):
-        found = _with_band(_any_draw(FAMILIES[family], rng), FAMILIES[family], rng)
+        found = _with_band(_any_draw(FAMILIES[family], parts, rng), FAMILIES[family], rng)
         if found is not None and is_sound(found):
             return found
     raise ArithmeticError(f"{family} {number}: expected a sound draw, got none in {MAX_DRAWS}")
@@ -214,26 +210,26 @@ def is_sound(instance: Instance) -> bool:
     return bool(np.mean(crlb < SOUND_CRLB) >= SOUND_SHARE)
 
 
-def _any_draw(family: Family, rng: np.random.Generator) -> Instance:
+def _any_draw(family: Family, parts: tuple[str, ...], rng: np.random.Generator) -> Instance:
     """A rotor with true values and limits of its unknowns, seen by its probes at its highest speed alone."""
     machine = family.machine
-    span = _log(machine.span, rng)
-    before, after = (span * _log(OVERHANG, rng) for _ in range(2))
-    bearings = _rounded(before), _rounded(before + span)
+    span = log_uniform(machine.span, rng)
+    before, after = (span * log_uniform(OVERHANG, rng) for _ in range(2))
+    bearings = rounded(before), rounded(before + span)
     share = span / family.n_disk
-    disks = [_rounded(before + share * (number + rng.uniform(*DISK_PLACE))) for number in range(family.n_disk)]
-    length, radius = _rounded(before + span + after), _log(machine.shaft_radius, rng)
-    material = Material(_log(YOUNG_MODULUS, rng), DENSITY, POISSON_RATIO)
+    disks = [rounded(before + share * (number + rng.uniform(*DISK_PLACE))) for number in range(family.n_disk)]
+    length, radius = rounded(before + span + after), log_uniform(machine.shaft_radius, rng)
+    material = Material(log_uniform(YOUNG_MODULUS, rng), DENSITY, POISSON_RATIO)
     unbalanced = disks if "u2" in family.unknowns else [disks[rng.integers(len(disks))]]
-    phases = [_rounded(rng.uniform(*FULL_TURN)) for _ in unbalanced]
+    phases = [rounded(rng.uniform(*FULL_TURN)) for _ in unbalanced]
     rotor = Rotor(
         segments=uniform_shaft(length, (*bearings, *disks), N_ELEMENT, radius=radius, material=material),
         disks=tuple(
             Disk.from_geometry(
                 position,
-                outer_radius=_log(machine.disk_radius, rng),
+                outer_radius=log_uniform(machine.disk_radius, rng),
                 inner_radius=radius,
-                thickness=_log(machine.disk_thickness, rng),
+                thickness=log_uniform(machine.disk_thickness, rng),
                 density=DENSITY,
             )
             for position in disks
@@ -244,31 +240,36 @@ def _any_draw(family: Family, rng: np.random.Generator) -> Instance:
     true = _true_values(machine, rng) | {"phase2": phases[-1]}
     true = {name: true[name] for name in family.unknowns}
     places = PROBES[int(rng.integers(1, 1 + len(PROBES)))]
-    probes = [_rounded(length * rng.uniform(*place)) for place in places]
+    probes = [rounded(length * rng.uniform(*place)) for place in places]
     limited: dict[str, Parameter] = {}
     for name in family.unknowns:
         limited[name] = _parameter(name, true, limited, rng)
     unknowns = tuple(Unknown(limited[name], targets) for name, targets in family.unknowns.items())
-    problem = RotorProblem(rotor, unknowns, np.array([machine.fastest]), channels_of(probes, family.directions))
-    return Instance(problem, true)
+    draw = with_parts(Draw(rotor, unknowns, true, machine.fastest), parts, rng)
+    speed, channels = np.array([machine.fastest]), channels_of(probes, family.directions)
+    return Instance(RotorProblem(draw.rotor, draw.unknowns, speed, channels), draw.true)
 
 
 def _with_band(instance: Instance, family: Family, rng: np.random.Generator) -> Instance | None:
     """The instance with its speeds about the first critical one; None where it has none."""
     criticals = instance.problem.critical_speeds(instance.x, family.machine.fastest)
-    first, last, n_speed = _log(BAND_FROM, rng), _log(BAND_TO, rng), int(rng.integers(N_SPEED[0], N_SPEED[1] + 1))
+    first, last, n_speed = (
+        log_uniform(BAND_FROM, rng),
+        log_uniform(BAND_TO, rng),
+        int(rng.integers(N_SPEED[0], N_SPEED[1] + 1)),
+    )
     if not len(criticals):
         return None
-    speed = np.linspace(_rounded(first * criticals[0]), _rounded(last * criticals[0]), n_speed)
+    speed = np.linspace(rounded(first * criticals[0]), rounded(last * criticals[0]), n_speed)
     return replace(instance, problem=replace(instance.problem, speed=speed))
 
 
 def _true_values(machine: Machine, rng: np.random.Generator) -> dict[str, float]:
     """A value of each unknown of any family, SI."""
-    k, c = _log(machine.stiffness, rng), _log(machine.damping, rng)
-    kyy, cyy = (_rounded(value * _log(ANISOTROPY, rng)) for value in (k, c))
-    kxy = _rounded(rng.uniform(*CROSS_COUPLING) * math.sqrt(k * kyy))
-    u1, u2 = (_log(machine.unbalance, rng) for _ in range(2))
+    k, c = log_uniform(machine.stiffness, rng), log_uniform(machine.damping, rng)
+    kyy, cyy = (rounded(value * log_uniform(ANISOTROPY, rng)) for value in (k, c))
+    kxy = rounded(rng.uniform(*CROSS_COUPLING) * math.sqrt(k * kyy))
+    u1, u2 = (log_uniform(machine.unbalance, rng) for _ in range(2))
     return {"k": k, "c": c, "kxx": k, "cxx": c, "kyy": kyy, "cyy": cyy, "kxy": kxy, "u": u1, "u1": u1, "u2": u2}
 
 
@@ -281,18 +282,7 @@ def _parameter(
         lower, upper = FULL_TURN
     elif name == "kxy":
         largest = math.sqrt(before["kxx"].upper * before["kyy"].upper)
-        lower, upper = (sign * _rounded(rng.uniform(*CROSS_LIMITS) * largest) for sign in (-1, 1))
+        lower, upper = (sign * rounded(rng.uniform(*CROSS_LIMITS) * largest) for sign in (-1, 1))
     else:
-        ratio, place = _log(LIMIT_RATIOS[quantity], rng), rng.uniform(*LIMIT_PLACE)
-        lower, upper = _rounded(true[name] / ratio**place), _rounded(true[name] * ratio ** (1 - place))
+        return limited_about(name, quantity, true[name], rng)
     return Parameter(name, *UNITS[quantity], lower, upper)
-
-
-def _log(ends: Range, rng: np.random.Generator) -> float:
-    """A number drawn evenly in its logarithm."""
-    return _rounded(math.exp(rng.uniform(*np.log(ends))))
-
-
-def _rounded(value: float) -> float:
-    """To so many digits that machines which round differently draw the same."""
-    return float(f"{value:.{DIGITS}g}")

@@ -14,8 +14,6 @@ from problems.drawn import (
     CROSS_COUPLING,
     CROSS_LIMITS,
     FAMILIES,
-    LIMIT_PLACE,
-    LIMIT_RATIOS,
     MAX_DRAWS,
     N_SPEED,
     OVERHANG,
@@ -24,6 +22,7 @@ from problems.drawn import (
     drawn,
     is_sound,
 )
+from problems.drawn_numbers import LIMIT_PLACE, LIMIT_RATIOS
 
 NUMBERS = (0, 1, 2)
 DIMENSIONS = {"isotropic": 3, "one_disk": 5, "three_disk": 5, "cross_coupled": 6, "two_disk": 7}
