@@ -57,12 +57,10 @@ class RotorFile(ProblemSettings):
         return dict(self._description.reference)
 
     def fingerprint(self) -> str:
-        """Hash of what the settings name but do not hold, the content of the file and of tables that it names: a changed file is another
-        problem."""
-        contents = hashlib.sha256(self._content)
-        for table in self._description.tables.values():
-            contents.update(hashlib.sha256(table).digest())
-        return contents.hexdigest()[:16]
+        """Hash of what the settings name but do not hold: the content of the file, then of each table that it names, beside its path from
+        there. A changed file is another problem."""
+        tables = {word.partition("#")[0]: _hash(held) for word, held in self._description.tables.items()}
+        return "; ".join([_hash(self._content), *(f"{content} {path}" for path, content in tables.items())])
 
     @cached_property
     def _content(self) -> bytes:
@@ -83,3 +81,7 @@ class RotorFile(ProblemSettings):
     def _description(self) -> RotorDescription:
         document = self._document
         return read_description(document, self.mesh, RotorSheets(Path(self.file).parent))
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]

@@ -74,8 +74,12 @@ def _changed(cell: Cell, contents: Mapping[str, Collection[str]]) -> list[str]:
 
 
 def _files(cell: Cell) -> Iterator[tuple[str, str]]:
-    """The rotor's and the measurement's file, with the hash of what it held when the cell was planned."""
+    """The rotor's and the measurement's file and the tables that a rotor file names, with the hash of what each held when the cell was
+    planned."""
     for group, name in FILE.items():
         file, fingerprint = (cell.settings.get(group) or {}).get(name), cell.settings.get(FINGERPRINTS[group])
         if file and fingerprint:
-            yield str(file), str(fingerprint)
+            own, *named = str(fingerprint).split("; ")
+            yield str(file), own
+            for content, _, path in (each.partition(" ") for each in named):
+                yield str(Path(file).parent / path), content

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from pathlib import Path
 
 import pytest
 
@@ -162,6 +163,20 @@ def test_results_of_an_earlier_content_of_a_file_are_told_without_a_command(plan
     assert (
         "of this command with earlier files or another version of the bench" in unknown and "python -m" not in unknown
     )
+
+
+def test_a_table_that_changed_is_named_and_not_the_rotor_file(enter, tmp_path):
+    """The file of the rotor is as it was; the hash of a table follows that of the file that names it."""
+    examples = Path(__file__).resolve().parents[2] / "docs" / "examples"
+    for name in ("machine.yaml", "bearing.csv"):
+        (tmp_path / name).write_bytes((examples / name).read_bytes())
+    words = ["problem=rotor", "problem.file=machine.yaml", "method=direct", "optimizer=lm", "study.intervals=none"]
+    words += ["measurement.relative=0.03", "repetitions=1", "output=mine"]
+    assert enter(*words, output="mine").code == 0
+    table = tmp_path / "bearing.csv"
+    table.write_text(table.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    said = enter(*words, output="mine")
+    assert "1 earlier result in this folder, of an earlier content of bearing.csv, is no longer shown" in said.out
 
 
 def test_a_changed_sweep_of_files_is_the_same_experiment(enter, files):
