@@ -26,6 +26,9 @@ from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.stability import stability_of
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
+# Of the largest present motion: a trial weight that leaves no more cancels the unbalance, and what is left is rounding.
+STILL = 1e-9
+
 
 @dataclass(frozen=True)
 class PlanningOptions(Settings):
@@ -240,10 +243,17 @@ def _trial_run(present: _Present, options: PlanningOptions) -> Family | str:
         magnitude = equal_unbalance(problem, present.x, sites)
     else:
         magnitude = options.trial_unbalance * GRAM_MILLIMETRE
-    trials = [(float(site), magnitude, phase * DEGREE) for site in sites for phase in options.trial_phases]
+    every = [(float(site), magnitude, phase * DEGREE) for site in sites for phase in options.trial_phases]
+    present_motion = _largest_motion(run, present.x)
+    trials = [each for each in every if _largest_motion(run.with_unbalance(*each), present.x) > STILL * present_motion]
     additions = [Addition(position=site, magnitude=size, phase=phase) for site, size, phase in trials]
     blocks = [_flat(present.rows_of(run.with_unbalance(*trial))) for trial in trials]
     return _family(present, "trial run", additions, blocks, 1, lambda count: _flat(present.rows_of(run)))
+
+
+def _largest_motion(problem: Problem, x: Array) -> float:
+    """Over all speeds and channels, m."""
+    return float(np.max(np.abs(problem.response(x[None]))))
 
 
 def _family(

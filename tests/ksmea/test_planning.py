@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+import ksmea
 from ksmea.inference.cramer_rao import identifiability
 from ksmea.inference.optimal_design import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
 from ksmea.measurement.channel import Channel
@@ -208,3 +209,13 @@ def test_amplitudes_tell_absolute_phases_with_a_trial_run_only():
 def test_more_than_there_are_cannot_be_chosen():
     with pytest.raises(ValueError, match="at most 6"):
         choose(np.eye(2), line(np.array([-1.0, 0.0, 1.0])), 7, Criterion((0,)), repeats=2)
+
+
+def test_a_trial_weight_that_cancels_the_unbalance_is_none_to_take():
+    """200 g mm against the 200 g mm of the rotor leaves rounding, of which each value's relative noise would tell u to 1e-16."""
+    rotor = ksmea.load_problem("three_disk")
+    [plane] = [position for position, vector in rotor.problem.unbalance(rotor.x()).items() if vector]
+    planned = ksmea.plan(rotor, relative=0.1, trial_unbalance=200.0, trial_sites=[plane], add=0, sensors=0)
+    [family] = planned.record.families
+    assert np.degrees(family.candidates.phase) == pytest.approx([0.0, 90.0, 270.0])
+    assert all(1e-3 < width / before <= 1 for width, before in zip(family.steps[-1].crlb, planned.record.crlb))
