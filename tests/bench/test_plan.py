@@ -89,7 +89,8 @@ def another_value(field):
     lowest, highest = field.metadata.get("at_least"), field.metadata.get("at_most")
     match default:
         case _ if field.metadata.get("choices"):
-            return next(choice for choice in field.metadata["choices"] if choice != default)
+            other = next(choice for choice in field.metadata["choices"] if choice != default)
+            return [other] if isinstance(default, list) else other
         case bool():
             return not default
         case None if "list" in field.type:
