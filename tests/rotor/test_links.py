@@ -284,6 +284,12 @@ def test_what_a_rotor_has_not_is_no_unknown(target, words):
         problem_with((unknown("a", 0.5, 2.0, target),))
 
 
+def test_a_housing_that_nothing_holds_is_named():
+    loose = (Bearing(0.0, pedestal=Pedestal()), *machine().bearings[1:])
+    with pytest.raises(SettingError, match="bearing at 0 m: expected a bearing or a support that holds its housing"):
+        problem_with(UNKNOWNS[2:3], bearings=loose, housing_probes=()).response(np.array([[3e7]]))
+
+
 def test_a_number_is_set_once():
     both = (BearingTarget(0, "stiffness_factor"), BearingTarget(0, "kyy_factor"))
     with pytest.raises(SettingError, match="already set by a"):

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from problems.rotor.finite_elements.assembly import node_dof
 from problems.rotor.finite_elements.bearing import Bearing, numbers_of
@@ -128,7 +129,13 @@ def _linked(
     if bearing.pedestal is None:
         return LinkedBearing(dof, film)
     pedestal = bearing.pedestal.impedance(harmonic * speed) if pedestal is None else pedestal
-    yielding: ComplexArray = np.asarray(np.linalg.inv(film + pedestal), dtype=complex)
+    try:
+        yielding: ComplexArray = np.asarray(np.linalg.inv(film + pedestal), dtype=complex)
+    except np.linalg.LinAlgError:
+        raise SettingError(
+            f"bearing at {bearing.position:g} m: expected a bearing or a support that holds its housing, got neither; give one of"
+            " them a stiffness"
+        ) from None
     carried, pushed = yielding @ film, film @ yielding
     return LinkedBearing(dof, film - film @ carried, carried, pushed, yielding)
 
