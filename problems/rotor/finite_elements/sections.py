@@ -121,11 +121,6 @@ class Ring:
         density = self.material.density
         return self.products(0, density * area), self.products(1, density * second_moment)
 
-    @cached_property
-    def mass(self) -> float:  # kg
-        points, weights = self.points()
-        return float(self.material.density * self.length * (weights @ self._section(points, self.outer)[0]))
-
 
 def right_end(length: float) -> Array:
     """Deflection and rotation of the right end of an element as seen from the left one, (2, 4), in one bending plane."""
