@@ -14,6 +14,7 @@ other: it moves by v = a Σ z_b (q_b − v), so that bearing b pushes with z_b (
 from __future__ import annotations
 
 import dataclasses
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -25,6 +26,7 @@ from scipy.interpolate import PchipInterpolator
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.numerics.differences import recent
 
 STIFFNESSES = ("kxx", "kxy", "kyx", "kyy")  # the 2 × 2 matrix of a bearing, row by row
 DAMPINGS = ("cxx", "cxy", "cyx", "cyy")
@@ -58,22 +60,21 @@ class SpeedTable:
         """(n_speed, n_column) at speeds (n_speed,) rad/s."""
         if len(self.speed) == 1:
             return np.tile(np.array(self.rows[0]), (len(speed), 1))
-        if (kept := self._kept.get(speed.tobytes())) is None:
-            kept = np.asarray(self._interpolator(np.clip(speed, self.speed[0], self.speed[-1])))
-            kept.setflags(write=False)
-            if len(self._kept) >= MAX_KEPT:
-                self._kept.pop(next(iter(self._kept)))
-            self._kept[speed.tobytes()] = kept
-        return kept
+        return recent(self._kept, speed.tobytes(), lambda: self._interpolated(speed), MAX_KEPT)
+
+    def _interpolated(self, speed: Array) -> Array:
+        rows = np.asarray(self._interpolator(np.clip(speed, self.speed[0], self.speed[-1])))
+        rows.setflags(write=False)
+        return rows
 
     @cached_property
     def _interpolator(self) -> PchipInterpolator:
         return PchipInterpolator(np.array(self.speed), np.array(self.rows), axis=0)
 
     @cached_property
-    def _kept(self) -> dict[bytes, Array]:
-        """Rows at the speeds used last: fits evaluate the same ones again and again."""
-        return {}
+    def _kept(self) -> OrderedDict[bytes, Array]:
+        """Rows at the speeds used last, which a fit asks for at each step."""
+        return OrderedDict()
 
     def beyond(self, speed: Array) -> tuple[float, float] | None:
         """The first and the last of these speeds (rad/s) if any lies beyond the table."""
