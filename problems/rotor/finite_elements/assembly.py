@@ -57,7 +57,7 @@ class Matrices:
     @property
     def _crossed(self) -> Array:
         assert self.hysteretic is not None
-        return self.hysteretic @ np.kron(np.eye(len(self.mass) // DOF_PER_NODE), AGAINST_SPIN)
+        return against_spin(self.hysteretic)
 
     def below_spin(self) -> Matrices:
         """For free motions slower than the spin, in which H drives forward whirl and damps backward whirl, whatever the frequency; faster
@@ -65,6 +65,11 @@ class Matrices:
         if self.hysteretic is None:
             return self
         return replace(self, stiffness=self.stiffness + self._crossed, hysteretic=None)
+
+
+def against_spin(turning: Array) -> Array:
+    """The circulatory matrix N (n_dof, n_dof) of damping C that turns with the shaft, C (q̇ − Ω × q)."""
+    return np.asarray(turning @ np.kron(np.eye(len(turning) // DOF_PER_NODE), AGAINST_SPIN))
 
 
 def assemble(rotor: Rotor, speed: float = 0.0) -> Matrices:
@@ -115,7 +120,7 @@ def assemble_free(rotor: Rotor) -> Matrices:
     circulatory, damping = np.zeros_like(stiffness), np.zeros_like(stiffness)
     if rotor.internal_damping:
         damping = rotor.internal_damping * stiffness
-        circulatory = damping @ np.kron(np.eye(len(rotor.node_positions)), AGAINST_SPIN)
+        circulatory = against_spin(damping)
     if rotor.external_damping:
         damping = damping + rotor.external_damping * chained(of_elements(rotor, shaft.drag))
     if rotor.axial_force:
@@ -128,13 +133,14 @@ def assemble_free(rotor: Rotor) -> Matrices:
     if not all(isinstance(segment, ShaftSegment) and _is_plain(segment) for segment in rotor.segments):
         turning = chained(of_elements(rotor, shaft.segment_internal_damping))
         damping = damping + turning + chained(of_elements(rotor, shaft.segment_damping))
-        circulatory = circulatory + turning @ np.kron(np.eye(len(rotor.node_positions)), AGAINST_SPIN)
+        circulatory = circulatory + against_spin(turning)
         stiffness = stiffness + chained(of_elements(rotor, shaft.segment_tension))
     hysteretic = None
     if any(isinstance(segment, ShaftSegment) and segment.loss_factor for segment in rotor.segments):
         hysteretic = chained(of_elements(rotor, shaft.segment_loss))
-    for matrix in (mass, damping, gyroscopic, stiffness, circulatory):
-        matrix.flags.writeable = False
+    for matrix in (mass, damping, gyroscopic, stiffness, circulatory, hysteretic):
+        if matrix is not None:
+            matrix.flags.writeable = False
     return Matrices(mass, damping, gyroscopic, stiffness, circulatory, hysteretic)
 
 
