@@ -102,17 +102,19 @@ class RotorWithEffects:
         inputs = self.base.inputs(own)
         sizes = np.concatenate([inputs.complex_unbalance, *self.sizes(of_effects)], axis=1)
         frequency = harmonic * self.base.speed
-        films = self._films_on_supports(inputs, self.base.speed, of_effects, harmonic)
-        whole = self.port_impedance(inputs, self.base.speed, of_effects, harmonic) if self.couples_bearings else None
+        is_whole = self.couples_bearings  # one matrix of all ports, or one of each bearing
+        felt = (self.port_impedance if is_whole else self._films_on_supports)(
+            inputs, self.base.speed, of_effects, harmonic
+        )
         found = []
         for item in self.impedances:
             if item.of_pedestal:
                 found.append(inputs.pedestal_impedance(item.bearing, frequency)[item.row, item.column])
-            elif whole is None:
-                found.append(films[item.bearing, item.row, item.column])
-            else:
+            elif is_whole:
                 moved = item.bearing if item.moved is None else item.moved
-                found.append(whole[2 * item.bearing + item.row, 2 * moved + item.column])
+                found.append(felt[2 * item.bearing + item.row, 2 * moved + item.column])
+            else:
+                found.append(felt[item.bearing, item.row, item.column])
         return np.stack(found), sizes
 
     def port_impedance(
