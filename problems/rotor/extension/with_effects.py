@@ -101,15 +101,17 @@ class RotorWithEffects:
         own, of_effects = self.parts(x)
         inputs = self.base.inputs(own)
         sizes = np.concatenate([inputs.complex_unbalance, *self.sizes(of_effects)], axis=1)
-        frequency = harmonic * self.base.speed
         is_whole = self.couples_bearings  # one matrix of all ports, or one of each bearing
         felt = (self.port_impedance if is_whole else self._films_on_supports)(
             inputs, self.base.speed, of_effects, harmonic
         )
+        pedestals = inputs.pedestal_impedances(
+            (item.bearing for item in self.impedances if item.of_pedestal), harmonic * self.base.speed
+        )
         found = []
         for item in self.impedances:
             if item.of_pedestal:
-                found.append(inputs.pedestal_impedance(item.bearing, frequency)[item.row, item.column])
+                found.append(pedestals[item.bearing][item.row, item.column])
             elif is_whole:
                 moved = item.bearing if item.moved is None else item.moved
                 found.append(felt[2 * item.bearing + item.row, 2 * moved + item.column])

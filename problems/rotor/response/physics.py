@@ -236,8 +236,10 @@ def _impedances(reduction: Reduction, inputs: Inputs) -> ComplexArray:
     np.multiply(damping[reduction.entries], reduction.speed, out=found.imag[:n_film])
     if inputs.own.has_mass:
         found.real[:n_film] -= mass[reduction.entries] * reduction.speed**2
-    for index, item in enumerate(reduction.of_pedestals, start=n_film):
-        found[index] = inputs.pedestal_impedance(item.bearing, reduction.speed)[item.row, item.column]
+    of_pedestals = reduction.of_pedestals
+    pedestals = inputs.pedestal_impedances((item.bearing for item in of_pedestals), reduction.speed)
+    for index, item in enumerate(of_pedestals, start=n_film):
+        found[index] = pedestals[item.bearing][item.row, item.column]
     return found
 
 

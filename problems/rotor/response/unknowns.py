@@ -174,6 +174,10 @@ class Inputs:
             + pedestal.measured(frequency)[:, :, None]
         )
 
+    def pedestal_impedances(self, bearings: Iterable[int], frequency: Array) -> dict[int, ComplexArray]:
+        """`pedestal_impedance` of bearings, once for each, however many of its entries are asked for."""
+        return {bearing: self.pedestal_impedance(bearing, frequency) for bearing in set(bearings)}
+
 
 def columns_at(bearing: Bearing, speed: Array) -> Array:
     """The table of a bearing at speeds (n_speed,) rad/s, (12, n_speed); zeros without one."""
