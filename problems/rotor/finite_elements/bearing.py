@@ -3,7 +3,7 @@
 The force on the shaft is −(K q + C q̇ + M q̈) with full 2 × 2 matrices, q the motion of the shaft against the ground or, on a pedestal,
 against the housing. K, C and M are functions of the speed of rotation Ω, a pedestal's stiffness a function of the frequency of the motion.
 
-Supports of effects stand below that. What carries the bearings, in series with them: a spring with a loss factor and a mass in each axis, for each bearing or for all.
+A support that an effect adds is in series with a bearing, or with all of them: a spring with a loss factor and a mass in each axis.
 
 With z_b the bearing's impedance and a the support's dynamic compliance, the shaft feels z = (1 + z_b a)⁻¹ z_b; a = 0 is
 a bearing on rigid ground. The compliance is a function of the frequency of the motion, whatever the spin
@@ -36,9 +36,8 @@ IS_CROSSED = np.array([name[1:] in ("xy", "yx") for name in COEFFICIENTS])
 GROUP_FACTORS = ("stiffness_factor", "damping_factor", "mass_factor")  # on all four entries of K, C, M in a table
 
 MAX_KEPT = 8  # interpolations of a table
-LARGEST = (
-    1e30  # SI, of any number of a rotor, and its reciprocal the smallest: fourth powers neither overflow nor vanish
-)
+# SI, of any number of a rotor, and its reciprocal the smallest: fourth powers neither overflow nor vanish
+LARGEST = 1e30
 
 
 @dataclass(frozen=True)

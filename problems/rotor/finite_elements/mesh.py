@@ -23,10 +23,8 @@ class Element:
     segment: Segment
     start: float  # m
     hubs: tuple[tuple[float, float, float], ...] = ()  # from, to as fractions of its length; stiffening
-    ends: tuple[float, float] = (
-        0.0,
-        1.0,
-    )  # of it as fractions of its segment, where that is not constant along its length
+    # of it as fractions of its segment, where that is not constant along its length
+    ends: tuple[float, float] = (0.0, 1.0)
 
     @property
     def length(self) -> float:  # m
