@@ -51,6 +51,7 @@ from ksmea.diagnosis.trials import (
     refined,
 )
 from ksmea.fits.fitting import BaselineFits, Fit, fit_baseline, polished, settled
+from ksmea.fits.joint_fit import joint_baseline
 from ksmea.fits.lack_of_fit import (
     FitQuality,
     as_left,
@@ -131,10 +132,10 @@ def diagnose(
     Stated noise is kept unless its size is the only evidence against a model (`ksmea.fits.lack_of_fit`): then the fits use noise
     as large as the residuals of that model.
     """
-    found, left_out = candidates_and_left_out(case.problem, effects)
+    found, left_out = candidates_and_left_out(case.problem.joint, effects)
     if effects and not found:
         raise ValueError(f"diagnosis: {none_located(effects)}")
-    baseline = fit_baseline(case, search)
+    baseline = joint_baseline(fit_baseline(case, search))
     search.workers.progress()
 
     def by(fits: BaselineFits) -> Diagnosis:

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from ksmea.arrays import Array
 from ksmea.diagnosis.trials import Candidate, Trial
 from ksmea.fits.fitting import Fit, without_effects
-from ksmea.likelihood.fisher import projected, span, whitened_sensitivity
+from ksmea.likelihood.fisher import projected, span, whitened_sensitivity, with_prior_rows
 from ksmea.problem.counted import Model
 from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
@@ -98,6 +98,7 @@ def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
     noise_known = not fit.likelihood.noise_is_estimated
     observable = fit.measurement.kind
     whitened = whitened_sensitivity(response, sensitivity, fit.noise, observable, noise_known=noise_known)
+    whitened = with_prior_rows(whitened, problem.parameters)
     return whitened[:, : len(u)], whitened[:, len(u) :]
 
 

@@ -131,7 +131,7 @@ def trial_of(candidate: Candidate, fit: Fit, without: Fit, n_candidate: int) -> 
     e = fit.likelihood.d - without.likelihood.d
     drop = max(without.deviance - fit.deviance, 0.0)
     # The noise is estimated along: the drop is n ln(1 + e F/(n − d)) in a linear model, about χ² when scaled by (n − d)/n
-    scaled = drop * (n - fit.likelihood.d) / n if fit.likelihood.noise_is_estimated else drop
+    scaled = drop * (n - fit.likelihood.n_free) / n if fit.likelihood.noise_is_estimated else drop
     p = min(1.0, n_candidate * float(scipy.stats.chi2.sf(scaled, e)))
     return Trial(candidate, fit, drop, float(drop - e * np.log(n)), p)
 

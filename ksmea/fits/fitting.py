@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Mask
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
 from ksmea.fits.search import Effort, Search
 from ksmea.fits.starts import scan_values, scanned, screened, screened_at, screened_both_ways
 from ksmea.inference.intervals import Estimate, estimate
@@ -88,6 +88,12 @@ class Fit:
     def x(self) -> Array:
         """The unknowns (d,) SI."""
         return self.problem.parameters.to_si(self.u)
+
+    @property
+    def inputs(self) -> Indices:
+        """Indices of the unknowns that are numbers known to a tolerance."""
+        parameters = self.problem.parameters
+        return np.setdiff1d(np.arange(len(parameters)), parameters.own)
 
     @property
     def noise(self) -> Noise:
@@ -175,7 +181,8 @@ def settled(fit: Fit, level: float, workers: Workers = ALONE) -> tuple[Fit, Esti
     """A polished fit with intervals of confidence `level`, which workers share: both belong to the highest maximum that profiles
     around it meet."""
     fit = polished(fit)
-    estimated = estimate(fit.likelihood, fit.point, level=level, workers=workers)
+    profiled = np.setdiff1d(np.arange(fit.likelihood.d), fit.inputs)
+    estimated = estimate(fit.likelihood, fit.point, level=level, profiled=profiled, workers=workers)
     return Fit(fit.likelihood, estimated.point), estimated
 
 

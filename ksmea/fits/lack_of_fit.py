@@ -67,14 +67,16 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     residuals = likelihood.left(fit.point.theta, response)
     shape, real, rows = residuals.shape, measurement.is_amplitude, measurement.rows
     n_mean = residuals.size * measurement.dimensions
-    tangent = fit.point.whitened[:n_mean, : likelihood.d]
-    directions = span(tangent)
+    n_prior = likelihood.d - likelihood.n_free
+    whitened = fit.point.whitened[:, : likelihood.d]
+    directions = span(np.vstack([whitened[:n_mean], whitened[len(whitened) - n_prior :]]))  # priors are data too
     scale_free = likelihood.noise_is_estimated
     sampled = [residual_statistics(residuals[None], rows, scale_free=scale_free)]
     n_chunk = max(1, MAX_VALUES // n_mean)
     for start in range(0, n_simulated, n_chunk):
-        noise = rng.standard_normal((min(n_chunk, n_simulated - start), n_mean))
+        noise = rng.standard_normal((min(n_chunk, n_simulated - start), n_mean + n_prior))
         noise -= (noise @ directions) @ directions.T
+        noise = noise[:, :n_mean]
         simulated = noise.reshape(len(noise), *shape) if real else as_complex(noise, shape)
         simulated = likelihood.without_alike(fit.point.theta, simulated)  # the tangent has none of it
         sampled.append(residual_statistics(simulated, rows, scale_free=scale_free))
@@ -90,7 +92,7 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
         p_by_statistic=dict(zip(names, map(float, ranks[0]))),
         residuals=residuals,
         reduced_chi2=float(
-            np.sum(np.abs(residuals) ** 2) * measurement.dimensions / max(likelihood.n_residual - likelihood.d, 1)
+            np.sum(np.abs(residuals) ** 2) * measurement.dimensions / max(likelihood.n_residual - likelihood.n_free, 1)
         ),
         worst_band=(float(speed[band][0]), float(speed[band][-1])),
         worst_channel=channel,

@@ -82,10 +82,12 @@ def screened_at(case: Case, points: Array, values: Array) -> Screened:
 
 def refined_by_clouds(case: Case, found: Screened, n_cloud: int) -> Screened:
     """Clouds of points around the best ones, `n_cloud` at most, narrower and narrower around fewer and fewer; unknowns that are
-    costly to change take few values, the same ones in all clouds of a width."""
+    costly to change take few values, the same ones in all clouds of a width; numbers known to a tolerance stay as they are."""
     d = found.points.shape[1]
     cloud = scipy.stats.norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)
-    costly = list(case.problem.costly)
+    known = case.problem.parameters.with_prior
+    costly = list(np.setdiff1d(case.problem.costly, known))
+    cloud[:, known] = 0.0
     cloud[:, costly] = np.clip(np.rint(cloud[:, costly]), -1, 1)
     for narrowed, width in enumerate(CLOUDS):
         centres = found.apart(min(n_cloud, max(FEWEST_CLOUDS, n_cloud >> narrowed)), width / 2)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.likelihood.fisher import UNKNOWABLE, of_unknowns, whitened_sensitivity
+from ksmea.likelihood.fisher import UNKNOWABLE, prior_rows, projected, whitened_sensitivity
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
 from ksmea.problem.counted import Model
@@ -87,17 +87,31 @@ class Identifiability:
 
 
 def identifiability(
-    problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True
+    problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True, beside: Array | None = None
 ) -> Identifiability:
     """What data of a kind ('amplitude' or 'complex') with this noise would tell about the unknowns at x (d,), SI.
 
-    Where the noise's level is not known, what it takes to estimate its relative part and its floor is taken off.
+    Where the noise's level is not known, what it takes to estimate its relative part and its floor is taken off; where numbers of the
+    problem are known to a tolerance, what these take. `beside` are the values of all unknowns of the joint problem, in place of x and
+    these numbers as stated.
     """
-    parameters = problem.parameters
-    response, slope = Model(problem).linearise(parameters.to_cube(x))
+    parameters, joint = problem.parameters, problem.joint
+    values = joint_values(problem, joint, x) if beside is None else beside
+    response, slope = Model(joint).linearise(joint.parameters.to_cube(values))
+    per_width, observable = slope / joint.parameters.width, Observable(kind)
+    whitened = whitened_sensitivity(response, per_width, noise, observable, noise_known=noise_known)
+    if len(joint.parameters.with_prior):
+        of_priors = prior_rows(joint.parameters, whitened.shape[1])
+        of_priors[:, : len(joint.parameters)] /= joint.parameters.width
+        whitened = np.vstack([whitened, of_priors])
+    own = [joint.parameters.names.index(name) for name in parameters.names]
+    others = np.setdiff1d(np.arange(whitened.shape[1]), own)
     has_no_size = (x == 0) | np.array([parameter.is_angle for parameter in parameters])
     scale = np.where(has_no_size, parameters.width, np.abs(x))
-    whitened = whitened_sensitivity(
-        response, slope / parameters.width, noise, Observable(kind), noise_known=noise_known
-    )
-    return Identifiability(x, of_unknowns(whitened, len(parameters)), scale)
+    return Identifiability(x, projected(whitened[:, own], whitened[:, others]), scale)
+
+
+def joint_values(problem: Problem, joint: Problem, x: Array) -> Array:
+    """Values (d,) SI of the unknowns of a problem's `joint`: x (d,) of those of the problem itself, all others as stated."""
+    known = dict(zip(problem.parameters.names, x))
+    return np.array([known.get(item.name, item.stated) for item in joint.parameters])

@@ -56,7 +56,7 @@ def critical_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point] 
 
 def linear_rise(likelihood: Likelihood, level: float) -> float:
     """Critical rise for a single maximum of a linear model."""
-    n, left = likelihood.n_residual, likelihood.n_residual - likelihood.d
+    n, left = likelihood.n_residual, likelihood.n_residual - likelihood.n_free
     if not likelihood.noise_is_estimated:
         return float(scipy.stats.chi2.ppf(level, 1))
     return float(n * np.log1p(scipy.stats.f.ppf(level, 1, left) / left)) if left > 0 else np.inf
@@ -64,7 +64,7 @@ def linear_rise(likelihood: Likelihood, level: float) -> float:
 
 def _tail(likelihood: Likelihood, rise: Array) -> Array:
     """The chance of a larger rise around one maximum."""
-    n, left = likelihood.n_residual, likelihood.n_residual - likelihood.d
+    n, left = likelihood.n_residual, likelihood.n_residual - likelihood.n_free
     if not likelihood.noise_is_estimated:
         return np.asarray(scipy.stats.chi2.sf(rise, 1))
     return np.asarray(scipy.stats.f.sf(left * np.expm1(rise / n), 1, left))
@@ -86,8 +86,13 @@ def _differences(likelihood: Likelihood, best: Point, *others: Point) -> Array:
     """δ of other maxima (n_other, m)."""
     d = likelihood.d
     mean, *means = likelihood.model.response(np.array([point.theta[:d] for point in (best, *others)]))
-    away = [likelihood.whitened_difference(other, mean, best.theta)[:, None] for other in means]
-    return np.array([projected(delta, point.whitened[: len(delta), :d])[:, 0] for delta, point in zip(away, others)])
+    found = []
+    for point, other in zip(others, means):
+        of_means = likelihood.whitened_difference(other, mean, best.theta)
+        of_priors = likelihood.prior_residuals(point.theta) - likelihood.prior_residuals(best.theta)
+        rows = np.r_[: len(of_means), len(point.whitened) - len(of_priors) : len(point.whitened)]
+        found.append(projected(np.concatenate([of_means, of_priors])[:, None], point.whitened[rows, :d])[:, 0])
+    return np.array(found)
 
 
 N_SIMULATED = 64  # data sets at each maximum
@@ -101,10 +106,10 @@ MAX_ROUNDS = 3  # of fits, each from where an unknown that was held led lower th
 
 def can_be_simulated(likelihood: Likelihood) -> bool:
     """Whether data can be simulated and fitted some thousand times: not if differences between runs are compared, if there are no
-    residual degrees of freedom, or if responses may be costly, as without a sensitivity or for new values of some
-    unknowns."""
+    residual degrees of freedom, if responses may be costly, as without a sensitivity or for new values of some
+    unknowns, or if some unknowns have priors."""
     problem = likelihood.model.problem
-    is_cheap = problem.has_sensitivity and not len(problem.costly)
+    is_cheap = problem.has_sensitivity and not (len(problem.costly) or len(problem.parameters.with_prior))
     return is_cheap and likelihood.n_residual > likelihood.d and not likelihood.measurement.is_by_differences
 
 
@@ -150,7 +155,7 @@ def _is_near_limit(likelihood: Likelihood, theta: Array, tangent: Array, rise: f
 def _unbiased(likelihood: Likelihood, point: Point) -> Array:
     """θ (p,) at a maximum, the noise corrected for the degrees of freedom that the fit took."""
     theta, n = point.theta.copy(), likelihood.n_residual
-    theta[likelihood.d :] += 0.5 * np.log(n / (n - likelihood.d))
+    theta[likelihood.d :] += 0.5 * np.log(n / (n - likelihood.n_free))
     return np.clip(theta, likelihood.lower, likelihood.upper)
 
 

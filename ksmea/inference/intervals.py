@@ -15,7 +15,7 @@ doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (19
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -214,20 +214,21 @@ def estimate(
     check: bool = True,
     others: Sequence[Point] = (),
     rises: Array | None = None,
+    profiled: Iterable[int] | None = None,
     workers: Workers = ALONE,
 ) -> Estimate:
     """The intervals of confidence `level` around a maximum of the likelihood and `others` that are known; they belong to the
     highest of these and of any that a profile meets. `rises` (n_maximum, d) of the deviance are those of each maximum and
     unknown; where they are left out, the critical rise.
 
-    Without `check`, and where a profile cannot be computed, the information at the maximum is believed, at no further
-    evaluation of the model. Workers share the intervals.
+    Without `check`, for unknowns that are not `profiled`, and where a profile cannot be computed, the information at the maximum is
+    believed, at no further evaluation of the model. Workers share the intervals.
     """
     if rises is None:
         rises = np.full((1 + len(others), likelihood.d), critical_rise(likelihood, level, [maximum, *others]))
     intervals = None
     if check:
-        maximum, intervals = checked_intervals(likelihood, [maximum, *others], rises, workers)
+        maximum, intervals = checked_intervals(likelihood, [maximum, *others], rises, workers, profiled)
     if intervals is None:
         intervals = [information_interval(likelihood, maximum, index, rise) for index, rise in enumerate(rises[0])]
     parameters = likelihood.model.problem.parameters
@@ -240,7 +241,11 @@ def estimate(
 
 
 def checked_intervals(
-    likelihood: Maximised, maxima: Sequence[Point], rises: Array, workers: Workers = ALONE
+    likelihood: Maximised,
+    maxima: Sequence[Point],
+    rises: Array,
+    workers: Workers = ALONE,
+    profiled: Iterable[int] | None = None,
 ) -> tuple[Point, list[Interval] | None]:
     """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rises`
     (n_maximum, d); none where profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed.
@@ -250,8 +255,15 @@ def checked_intervals(
         rises = np.array([next(rise for rise, point in zip(rises, maxima) if point is one) for one in best])
         maxima = best
         of_unknown = partial(_joined, likelihood, maxima, rises)
+        own = list(range(likelihood.d) if profiled is None else map(int, profiled))
         try:
-            return maxima[0], workers.each(of_unknown, range(likelihood.d))
+            checked = dict(zip(own, workers.each(of_unknown, own)))
+            return maxima[0], [
+                checked[index]
+                if index in checked
+                else information_interval(likelihood, maxima[0], index, float(rises[0, index]))
+                for index in range(likelihood.d)
+            ]
         except _BetterMaximum as found:
             maxima = [maximise(likelihood, found.point.theta), *maxima]
             rises = np.vstack([rises.max(axis=0), rises])
@@ -372,7 +384,7 @@ def in_si(interval: Interval, lower: float, upper: float) -> Interval:
 
 def _unbiased(likelihood: Likelihood, maximum: Point) -> Noise:
     noise = likelihood.noise(maximum.theta)
-    left = likelihood.n_residual - likelihood.d
+    left = likelihood.n_residual - likelihood.n_free
     if not likelihood.noise_is_estimated or left <= 0:
         return noise
     return noise.scaled(float(np.sqrt(likelihood.n_residual / left)))

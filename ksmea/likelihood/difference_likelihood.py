@@ -61,7 +61,7 @@ class DifferenceLikelihood(Likelihood):
         variances = self._whitened_noise(variance, of_noise)
         whitened = np.zeros((len(means) + len(variances), len(theta)))
         whitened[: len(means), : self.d], whitened[len(means) :, self.d :] = means, variances
-        return Point(theta, self._deviance(residual, variance), gradient.sum(axis=(0, 1)), whitened)
+        return self.with_priors(Point(theta, self._deviance(residual, variance), gradient.sum(axis=(0, 1)), whitened))
 
     def log_density(self, theta: Array) -> float:
         reference = log_term(self._sum(1 / self._reference_variance), 1.0, self.measurement.kind)

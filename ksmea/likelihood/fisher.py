@@ -9,7 +9,7 @@ summed over the data (S. M. Kay, Fundamentals of Statistical Signal Processing: 
 15.52). The second term is the information in the noise level itself.
 
 Rows of J come in two parts: those for the means, one per real number in the data and in units of their noise, then
-those for the variances, one per datum.
+those for the variances, one per datum. Priors follow as further data.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable, amplitude_sensitivity
+from ksmea.problem.parameters import Parameters
 
 # Directions of relative change that the data tell less of than this part of the most telling one: rounding of the
 # sensitivities near sharp resonances is of that order.
@@ -63,6 +64,19 @@ def noise_variance_slopes(magnitude: Array, noise: Noise) -> Array:
             column[rows] = 2 * part[rows]
             columns.append(column)
     return np.stack(columns, axis=-1)
+
+
+def prior_rows(parameters: Parameters, width: int) -> Array:
+    """The rows (n_prior, width) that priors have in J, of unknowns in the unit cube and whatever columns follow them."""
+    columns = parameters.with_prior
+    rows = np.zeros((len(columns), width))
+    rows[np.arange(len(columns)), columns] = 1 / parameters.priors[1]
+    return rows
+
+
+def with_prior_rows(whitened: Array, parameters: Parameters) -> Array:
+    """J (m, k) of unknowns in the unit cube with the rows of their priors."""
+    return np.vstack([whitened, prior_rows(parameters, whitened.shape[1])]) if len(parameters.with_prior) else whitened
 
 
 def whitened_difference(response: ComplexArray, other: ComplexArray, noise: Noise, observable: Observable) -> Array:

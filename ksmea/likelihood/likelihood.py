@@ -6,6 +6,9 @@ s₀ = s(y) as the misfit `likelihood` has it, or |y| where the noise is unknown
 The ln s² term stays: without it the estimate is biased towards large responses, and with s taken from the data towards
 small ones. If the noise is unknown, ln relative and ln floor are two further unknowns, or two for each run of a campaign
 whose runs have noise of their own. `ksmea.inference.maximisation` finds the maximum.
+
+Unknowns with a Gaussian prior (`ksmea.problem.parameters.Prior`) add Σ (x − value)² / sd² to the deviance: the joint penalised
+likelihood of the data and of what is known before. A prior counts as a datum, so that J has a row for each.
 """
 
 from __future__ import annotations
@@ -16,7 +19,13 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.likelihood.fisher import Point, noise_variance_slopes, whitened_difference, whitened_sensitivity
+from ksmea.likelihood.fisher import (
+    Point,
+    noise_variance_slopes,
+    prior_rows,
+    whitened_difference,
+    whitened_sensitivity,
+)
 from ksmea.likelihood.misfit import deviance, log_term, reference_variance
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
@@ -89,6 +98,28 @@ class Likelihood:
     def n_residual(self) -> int:
         """Real numbers in the data."""
         return self.measurement.values.size * self.measurement.dimensions
+
+    @property
+    def n_free(self) -> int:
+        """Unknowns that the data alone determine: those without a prior."""
+        return self.d - len(self.model.problem.parameters.with_prior)
+
+    def prior_residuals(self, theta: Array) -> Array:
+        """Deviations from the priors at θ (p,), in standard deviations, (n_prior,)."""
+        parameters = self.model.problem.parameters
+        value, sd = parameters.priors
+        return (theta[parameters.with_prior] - value) / sd
+
+    def with_priors(self, point: Point) -> Point:
+        """A point of the data's likelihood with the priors as further data."""
+        parameters = self.model.problem.parameters
+        if not len(columns := parameters.with_prior):
+            return point
+        residual, sd = self.prior_residuals(point.theta), parameters.priors[1]
+        gradient = point.gradient.copy()
+        gradient[columns] += 2 * residual / sd
+        whitened = np.vstack([point.whitened, prior_rows(parameters, point.whitened.shape[1])])
+        return Point(point.theta, point.deviance + float(residual @ residual), gradient, whitened)
 
     def noise(self, theta: Array) -> Noise:
         """The noise level at θ."""
@@ -164,7 +195,7 @@ class Likelihood:
             excess[..., None] * d_variance + 2 * (np.conj(residual)[..., None] * d_mean).real / variance[..., None]
         )
         whitened = whitened_sensitivity(response, slope, noise, observable, noise_known=not self.noise_is_estimated)
-        return Point(theta, self._deviance(residual, variance), gradient.sum(axis=(0, 1)), whitened)
+        return self.with_priors(Point(theta, self._deviance(residual, variance), gradient.sum(axis=(0, 1)), whitened))
 
     def deviance(self, theta: Array) -> float:
         """The deviance at θ, infinite where the model has no finite response, or none that is to be considered: one
@@ -175,7 +206,8 @@ class Likelihood:
             response = self.model.response(theta[None, : self.d])[0]
         except np.linalg.LinAlgError:
             return np.inf
-        return self._deviance(self._residual(response), self._variance(theta, response))
+        off = self.prior_residuals(theta)
+        return self._deviance(self._residual(response), self._variance(theta, response)) + float(off @ off)
 
     def deviance_of(self, response: ComplexArray) -> float:
         """The deviance of a response (n_speed, n_channel), m, with the noise level that suits it best, if unknown."""

@@ -31,7 +31,7 @@ from ksmea.likelihood.misfit import log_term
 from ksmea.location.law_start import LawStart, law_starts
 from ksmea.location.location import refitted
 from ksmea.location.recovered_force import own_noise
-from ksmea.location.unknown_force import SiteFit, SumOfSquares, Unmodelled
+from ksmea.location.unknown_force import SiteFit, SumOfSquares, Unmodelled, all_values
 from ksmea.measurement.channel import DIRECTIONS, Channel
 from ksmea.measurement.noise import Noise
 from ksmea.nonlinear.laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw
@@ -318,7 +318,7 @@ def located_fit(extended: Problem, law: LawFit, plain: SiteFit, before: Fit) -> 
     case = plain.likelihood.case.by(extended)
     found = []
     for fit in (law.site, plain):
-        x = np.concatenate([before.problem.parameters.to_si(fit.point.theta), law.values])
+        x = np.concatenate([all_values(fit), law.values])
         with suppress(np.linalg.LinAlgError):
             found.append(fit_from_values(case, x))
     if not found:

@@ -213,14 +213,21 @@ def _starts(case: Case, unmodelled: Unmodelled, rng: np.random.Generator, n_star
     """Points (n, d) of the unit cube. Beside a free load any will do: it takes the resonances, and with them the narrow
     basins. Without one, as beside a reading, there are as many as of the plain model: they are screened for."""
     problem, measurement = case.problem, case.measurement
-    d = len(problem.parameters)
     if unmodelled.loads:
-        return sobol(n_start, d, rng)
+        return _as_stated(problem, sobol(n_start, len(problem.parameters), rng))
     kept = [index for index, channel in enumerate(problem.channels) if not unmodelled.reads(channel)]
     channels = tuple(problem.channels[index] for index in kept)
     part = dataclasses.replace(measurement, channels=channels, values=measurement.values[:, kept], noise=None)
-    found = screened(Case(through(problem, channels), part), sobol(N_SCREENED, d, rng))
+    points = _as_stated(problem, sobol(N_SCREENED, len(problem.parameters), rng))
+    found = screened(Case(through(problem, channels), part), points)
     return found.apart(SCREENED_STARTS, START_DISTANCE).points
+
+
+def _as_stated(problem: Problem, points: Array) -> Array:
+    """Points (n, d) of the unit cube with numbers known to a tolerance as they are stated."""
+    parameters = problem.parameters
+    points[:, parameters.with_prior] = parameters.priors[0]
+    return points
 
 
 def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array, ceiling: float = np.inf) -> SiteFit:

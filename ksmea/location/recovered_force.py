@@ -161,7 +161,8 @@ def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
         rise = float(scipy.stats.chi2.ppf(level, 1))
     point, intervals = likelihood.at(fit.point.theta), None
     if fit.point.excess <= HOPELESS:
-        _, intervals = checked_intervals(likelihood, [point], np.full((1, likelihood.d), rise))
+        own = likelihood.problem.parameters.own
+        _, intervals = checked_intervals(likelihood, [point], np.full((1, likelihood.d), rise), profiled=own)
     if intervals is None:
         intervals = [information_interval(likelihood, point, index, rise) for index in range(likelihood.d)]
     seen = point.shown

@@ -50,7 +50,9 @@ def site_qualities(
     """The test of each site, by the same simulated noise for all of them; processes share the sites."""
     n_value = measurement.values.size * measurement.dimensions
     noise = as_complex(rng.standard_normal((N_SIMULATED, n_value)), measurement.values.shape)
-    sampled = partial(_sampled, measurement=measurement, noise=np.moveaxis(noise, 0, -1))
+    n_prior = len(points[0].whitened) - 2 * points[0].residual.size
+    off = rng.standard_normal((N_SIMULATED, n_prior))
+    sampled = partial(_sampled, measurement=measurement, noise=np.moveaxis(noise, 0, -1), off_priors=off)
     # (n_site, 1 + n_simulated, n_statistic), the data's own first
     statistics = np.stack(workers.unseen.each(sampled, points))
     if measurement.noise is not None:
@@ -66,13 +68,14 @@ def site_qualities(
     return qualities
 
 
-def _sampled(point: ProjectedPoint, measurement: Measurement, noise: ComplexArray) -> Array:
+def _sampled(point: ProjectedPoint, measurement: Measurement, noise: ComplexArray, off_priors: Array) -> Array:
     """Statistics (1 + n_simulated, n_statistic) of what a site leaves of the data, and would of noise (n_speed, n_channel,
-    n_simulated)."""
+    n_simulated), with deviations from priors (n_simulated, n_prior)."""
     left = np.moveaxis(without(point.basis, noise), -1, 0)
     real = measurement.kind.real_parts(left.reshape(len(left), -1), axis=1)
     tangent = span(point.whitened)
-    simulated = as_complex(real - (real @ tangent) @ tangent.T, point.residual.shape)
+    n_value, real = real.shape[1], np.concatenate([real, off_priors], axis=1)
+    simulated = as_complex((real - (real @ tangent) @ tangent.T)[:, :n_value], point.residual.shape)
     both = [residual_statistics(left, measurement.rows, scale_free=False) for left in (point.residual[None], simulated)]
     return np.concatenate(both)
 

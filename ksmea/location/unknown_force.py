@@ -25,10 +25,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Mask
-from ksmea.likelihood.fisher import Point
+from ksmea.likelihood.fisher import Point, with_prior_rows
 from ksmea.likelihood.likelihood import BEND
 from ksmea.measurement.channel import DIRECTIONS, Channel
 from ksmea.problem.case import Case
+from ksmea.problem.held import HeldProblem
 from ksmea.problem.load import FORCE, LOADS, Load
 from ksmea.problem.problem import Problem
 from ksmea.records.location import PAIR
@@ -130,8 +131,8 @@ class ProjectedPoint(Point):
 
     @property
     def n_searched(self) -> int:
-        """How many do."""
-        return int(np.count_nonzero(self.shown))
+        """How many do, but for as many as have a prior."""
+        return int(np.count_nonzero(self.shown)) - (len(self.whitened) - 2 * self.residual.size)
 
     @property
     def n_left(self) -> int:
@@ -212,7 +213,8 @@ class ProjectedLikelihood(SumOfSquares):
         jacobian = without(basis, change / self.sd[..., None])  # (n_speed, n_channel, d)
         kept = _size(jacobian) > LEAST_KEPT * _size(change / self.sd[..., None])
         rows = self._real(np.where(kept, jacobian, 0.0).reshape(-1, len(theta)))
-        real = self._real(residual.ravel())
+        rows = with_prior_rows(rows, parameters)
+        real = np.concatenate([self._real(residual.ravel()), self._off_priors(theta)])
         return ProjectedPoint(
             theta,
             float(real @ real),
@@ -232,7 +234,14 @@ class ProjectedLikelihood(SumOfSquares):
         response, columns = self._model(theta)
         basis = orthonormal(columns / self.sd[..., None])
         left = without(basis, self._whitened(response)[..., None])
-        return self._real(left.reshape(len(theta), -1), axis=1)
+        real = self._real(left.reshape(len(theta), -1), axis=1)
+        return np.concatenate([real, self._off_priors(theta)], axis=1)
+
+    def _off_priors(self, theta: Array) -> Array:
+        """Deviations from the priors at points (…, d), in standard deviations, (…, n_prior)."""
+        parameters = self.problem.parameters
+        value, sd = parameters.priors
+        return (theta[..., parameters.with_prior] - value) / sd
 
     def _model(self, theta: Array) -> tuple[ComplexArray, ComplexArray]:
         """q and A at points (n, d) of the unit cube."""
@@ -256,6 +265,23 @@ class SiteFit:
     @property
     def unmodelled(self) -> Unmodelled:
         return self.likelihood.unmodelled
+
+
+def inputs_held(fit: SiteFit) -> SiteFit:
+    """A fit with numbers known to a tolerance held where they are; itself if all are exact."""
+    base, parameters = fit.likelihood, fit.likelihood.problem.parameters
+    if len(parameters.own) == len(parameters):
+        return fit
+    held = HeldProblem(base.problem, parameters.own, parameters.to_si(fit.point.theta))
+    likelihood = ProjectedLikelihood(base.case.by(held), base.unmodelled, base.sd)
+    return SiteFit(likelihood, likelihood.at(fit.point.theta[parameters.own]))
+
+
+def all_values(fit: SiteFit) -> Array:
+    """Values (d,) SI of all unknowns of a fit, those that are held included."""
+    problem = fit.likelihood.problem
+    x = problem.parameters.to_si(fit.point.theta)
+    return problem.whole(x) if isinstance(problem, HeldProblem) else x
 
 
 def orthonormal(columns: ComplexArray) -> ComplexArray:

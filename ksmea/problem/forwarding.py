@@ -41,6 +41,11 @@ class ProblemProxy(Problem):
     def changed(self, change: Callable[[Problem], Problem]) -> Problem:
         return self.around(self.behind.changed(change))
 
+    @property
+    def joint(self) -> Problem:
+        joint = self.behind.joint
+        return self if joint is self.behind else self.around(joint)
+
     def with_phase_origin(self) -> Problem:
         return self.around(self.behind.with_phase_origin())
 

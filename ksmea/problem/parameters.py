@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, Indices
 from ksmea.errors import SettingError
 from ksmea.units import SI_PER_UNIT, TURN
 
@@ -25,9 +26,23 @@ def name_at(name: str, place: str) -> str:
 
 
 @dataclass(frozen=True)
+class Prior:
+    """The Gaussian distribution of a number before any measurement, SI: as drawings, catalogues and calibrations state it."""
+
+    value: float
+    sd: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.value) and 0 < self.sd < np.inf):
+            raise SettingError(
+                f"prior: expected a finite value and a standard deviation above 0, got {self.value:g} ± {self.sd:g}"
+            )
+
+
+@dataclass(frozen=True)
 class Parameter:
     """One unknown: `unit` is what people read, `si_per_unit` its size in SI; the limits are in SI. `makes_jumps` says whether the
-    response may jump as it changes, as where a resonance curve folds over."""
+    response may jump as it changes, as where a resonance curve folds over. `words` name it for people; '': its name does."""
 
     name: str
     unit: str
@@ -35,6 +50,9 @@ class Parameter:
     lower: float
     upper: float
     makes_jumps: bool = False
+    prior: Prior | None = None
+    words: str = ""
+    is_input: bool = False  # a number of the model that is known to a tolerance, which searches take as stated
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.lower) and np.isfinite(self.upper) and self.lower < self.upper):
@@ -42,6 +60,11 @@ class Parameter:
                 f"limits of {self.name}: expected lower < upper, got"
                 f" [{self.lower / self.si_per_unit:g}, {self.upper / self.si_per_unit:g}] {self.unit}; swap or widen them"
             )
+
+    @property
+    def stated(self) -> float:
+        """The value of its prior, SI; without one the middle of its limits."""
+        return (self.lower + self.upper) / 2 if self.prior is None else self.prior.value
 
     @property
     def is_angle(self) -> bool:
@@ -94,6 +117,23 @@ class Parameters:
     @property
     def si_per_unit(self) -> Array:  # (d,)
         return np.array([parameter.si_per_unit for parameter in self.items])
+
+    @property
+    def own(self) -> Indices:
+        """Indices of the unknowns but for numbers known to a tolerance."""
+        return np.flatnonzero([not parameter.is_input for parameter in self.items])
+
+    @property
+    def with_prior(self) -> Indices:
+        """Indices of the unknowns that have a prior."""
+        return np.flatnonzero([parameter.prior is not None for parameter in self.items])
+
+    @cached_property
+    def priors(self) -> tuple[Array, Array]:
+        """Value and standard deviation (n_prior,) of these, in the unit cube."""
+        found = [(item, item.prior) for item in self.items if item.prior is not None]
+        value = [(prior.value - item.lower) / (item.upper - item.lower) for item, prior in found]
+        return np.array(value), np.array([prior.sd / (item.upper - item.lower) for item, prior in found])
 
     @property
     def period(self) -> Array:

@@ -103,6 +103,12 @@ class Problem(ABC):
         """The problem with its machine changed, in all its runs."""
         return change(self)
 
+    @property
+    def joint(self) -> Problem:
+        """The problem with numbers that are known to a tolerance as further unknowns, which have a prior. Default: itself, all its
+        numbers are exact."""
+        return self
+
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. Default: differences, counted as evaluations."""
         raise self._refusal(

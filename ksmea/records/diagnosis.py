@@ -25,6 +25,7 @@ from ksmea.records.extension import (
     PredictiveGainRecord,
 )
 from ksmea.records.hidden import HiddenEffect
+from ksmea.records.inputs import InputRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.units import VIBRATION, Quantity, Speed
@@ -187,6 +188,7 @@ class DiagnosisRecord(Record):
         ExplanationRecord, ...
     ] = ()  # the best one and those as near; none where none is believed, or older
     averaged: AveragedRecord | None = None  # over these, where there are several and an average is wanted
+    inputs: tuple[InputRecord, ...] = ()  # numbers known to a tolerance, by the model that is believed
     is_split_sought: bool = True  # whether a measurement that would tell them apart is wanted
 
     @classmethod

@@ -16,6 +16,7 @@ from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
 from ksmea.records.estimate import NoiseLevelRecord, Shown, StabilityRecord
 from ksmea.records.hidden import HiddenEffect
+from ksmea.records.inputs import InputRecord, Origin
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record, renamed
 from ksmea.records.trace import TraceRecord
@@ -48,6 +49,7 @@ class ParameterRecord:
     kind: str | None = None  # of the interval (`ksmea.inference.intervals.Interval`); None where there is none
     most_likely: float | None = None  # at the maximum of the likelihood that the interval belongs to
     crlb: float | None = None  # CRLB (1 σ) at the reported values; None where infinite or not computed
+    origin: Origin | None = None  # of its uncertainty; None where all numbers of the model are exact
 
     def in_unit(self, value: float | None) -> float:
         """One of its values in its unit; not a number where there is none."""
@@ -195,6 +197,7 @@ class IdentificationRecord(Record):
     weights: WeightsRecord | None = None  # of a campaign with weights on the shaft, with details
     stability: StabilityRecord | None = None  # None without details, and where the problem cannot tell
     trace: TraceRecord | None = None  # None in older records
+    inputs: tuple[InputRecord, ...] = ()  # numbers that are known to a tolerance; values and intervals allow for these
 
     def check(self) -> None:
         """Raise `SettingError` where values, updates, correlations or curves do not belong to the parameters."""
@@ -229,8 +232,9 @@ class IdentificationRecord(Record):
 
     @property
     def ended_short(self) -> bool:
-        """Whether the method stopped elsewhere than at the maximum that intervals and noise belong to."""
-        return any(parameter.ended_short for parameter in self.parameters)
+        """Whether the method stopped elsewhere than at the maximum that intervals and noise belong to; never if that is of a joint fit,
+        since the method took numbers as stated that are not exact."""
+        return not self.inputs and any(parameter.ended_short for parameter in self.parameters)
 
     def with_truth(
         self, parameters: Parameters, truth: Mapping[str, float], response: ComplexArray | None = None

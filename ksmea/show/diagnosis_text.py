@@ -13,7 +13,7 @@ from ksmea.errors import SettingError
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.location import NOTHING
-from ksmea.show import location_text
+from ksmea.show import inputs_text, location_text
 from ksmea.show.charts.chart import Chart
 from ksmea.show.charts.picture import drawn
 from ksmea.show.charts.ranking_chart import ranking_chart
@@ -53,6 +53,7 @@ def text(record: DiagnosisRecord) -> str:
         _sentence(hausman_lines(record.both_ways)),
         _what_is_wrong(record),
         _unknowns(record),
+        inputs_text.text(record.inputs),
         _cause(record),
         _predictive_gain(record),
         _location(record),

@@ -13,7 +13,7 @@ from ksmea.errors import SettingError
 from ksmea.records.curves import as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, ParameterRecord
 from ksmea.records.location import LocationRecord
-from ksmea.show import location_text, weights_text
+from ksmea.show import inputs_text, location_text, weights_text
 from ksmea.show.charts.chart import Chart
 from ksmea.show.charts.picture import drawn
 from ksmea.show.charts.response_charts import bode_chart
@@ -137,6 +137,7 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
         yield from weights_text.lines(record.weights)
     if record.ended_short:
         yield _search_text(record)
+    yield from inputs_text.lines(record.inputs, record.parameters)
     if record.interval_error is not None:
         yield f"no intervals: {record.interval_error}"
     yield from _noise_text(record)

@@ -19,12 +19,14 @@ from ksmea.fits.lack_of_fit import FitQuality, whirl_parts
 from ksmea.fits.search import Effort, Search
 from ksmea.inference.intervals import Estimate, estimate
 from ksmea.location.location import missing_to_locate
+from ksmea.location.unknown_force import READING
 from ksmea.measurement.campaign import notation
 from ksmea.measurement.measurement import Measurement
 from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.case import Case
 from ksmea.problem.parameters import Parameter
+from ksmea.problem.problem import Problem
 from ksmea.records.diagnosis import (
     CoefficientRecord,
     DetectableRecord,
@@ -44,6 +46,7 @@ from ksmea.studies.diagnosis_curves import diagnosis_curves
 from ksmea.studies.diagnosis_remarks import stated_noise_remarks, sweep_remarks
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
+from ksmea.studies.inputs import input_records
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings, slips
 from ksmea.studies.remarks import campaign_remarks, refuse_differences
@@ -150,7 +153,8 @@ def diagnosis(
     options = options or DiagnosisOptions()
     found = diagnose(case, effects, Search(rng, options.effort, workers), options.criteria)
     stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
-    remarks = (*campaign_remarks(case), *case.problem.remarks_at(case.problem.speed), *report.remarks, *stated)
+    problem = case.problem
+    remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated)
     record = diagnosis_record(found, fine=report.fine)
     case = found.baseline.case  # with the noise that it goes by
     if options.locate and record.verdict in WRONG and not missing_to_locate(case.problem, case.measurement.kind):
@@ -160,8 +164,8 @@ def diagnosis(
         )
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
-    if report.details and record.verdict != "located":  # where the data are explained they are not misread
-        remarks = (*remarks, *_slips(found))
+    if report.details and (record.verdict != "located" or _reads_wrong(record)):  # explained data are not misread
+        remarks = (*remarks, *_slips(found, problem))
     return dataclasses.replace(
         record,
         left_out={**report.left_out, **record.left_out},
@@ -196,13 +200,18 @@ def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _slips(found: Diagnosis) -> tuple[str, ...]:
+def _reads_wrong(record: DiagnosisRecord) -> bool:
+    """Whether the reading of a plane is unknown, which may be one that was given wrongly."""
+    return record.location is not None and record.location.kind == READING
+
+
+def _slips(found: Diagnosis, problem: Problem) -> tuple[str, ...]:
     """Remarks on data that look misread, which they do not where an effect explains them."""
     fit, quality = found.baseline, found.baseline_quality
     if found.named and found.best is not None and found.best_quality is not None:
         fit, quality = found.best, found.best_quality
-    case, rejected = found.baseline.case, quality.p < found.level / 2
-    x = fit.x[: len(case.problem.parameters)]
+    case, rejected = found.baseline.case.by(problem), quality.p < found.level / 2
+    x = fit.x[[fit.problem.parameters.names.index(name) for name in problem.parameters.names]]
     return misreadings(case, x, fit.noise, rejected=rejected) or slips(case, x)
 
 
@@ -234,6 +243,7 @@ def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord
         stability=_stability(found),
         explanations=_explanations(found),
         averaged=_averaged(found),
+        inputs=input_records(_believed(found)),
     )
 
 
@@ -256,15 +266,20 @@ def _averaged(found: Diagnosis) -> AveragedRecord | None:
         return None
     rows = zip(found.baseline.problem.parameters, found.averaged.values, found.averaged.intervals, strict=True)
     return AveragedRecord(
-        found.interval_level, tuple(estimate_record(item, float(value), interval) for item, value, interval in rows)
+        found.interval_level,
+        tuple(estimate_record(item, float(value), interval) for item, value, interval in rows if not item.is_input),
     )
 
 
 def _stability(found: Diagnosis) -> StabilityRecord | None:
     """Of the model that the verdict believes."""
-    fit = found.best if found.best is not None and found.named else found.baseline
+    fit = _believed(found)
     known, level = fit.measurement.noise is not None, found.interval_level
     return stability_of(fit.problem, fit.x, fit.noise, fit.measurement.kind, noise_known=known, level=level)
+
+
+def _believed(found: Diagnosis) -> Fit:
+    return found.best if found.best is not None and found.named else found.baseline
 
 
 def _split(split: Split) -> SplitRecord:
@@ -313,6 +328,7 @@ def _coefficients(found: Diagnosis) -> tuple[CoefficientRecord, ...]:
             after=None if found.best_estimate is None else _estimated(items, found.best_estimate, index),
         )
         for index, parameter in enumerate(items)
+        if not parameter.is_input
     )
 
 

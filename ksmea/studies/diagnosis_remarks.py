@@ -30,7 +30,7 @@ def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[st
     fit, quality = (found.baseline, found.baseline_quality)
     if found.best is not None and found.best_quality is not None:
         fit, quality = found.best, found.best_quality
-    if is_stated_too_large(quality, fit.likelihood.n_residual - fit.likelihood.d, found.level / 2):
+    if is_stated_too_large(quality, fit.likelihood.n_residual - fit.likelihood.n_free, found.level / 2):
         return (
             (
                 f"the data scatter {np.sqrt(quality.reduced_chi2):.2f} times as much as their stated noise: intervals are wider, and"

@@ -19,8 +19,9 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.fits.fitting import Fit, likely_maxima
+from ksmea.fits.joint_fit import joint_maxima
 from ksmea.identification.trace import TracedProblem, thinned, within_budget
-from ksmea.inference.cramer_rao import Identifiability, identifiability
+from ksmea.inference.cramer_rao import Identifiability, identifiability, joint_values
 from ksmea.inference.critical_rise import can_be_simulated, simulated_rise
 from ksmea.inference.intervals import Estimate, Interval, estimate
 from ksmea.inference.maximisation import nearest_maximum
@@ -36,6 +37,7 @@ from ksmea.problem.case import Case
 from ksmea.problem.counted import CountedProblem
 from ksmea.problem.differences_problem import as_searched
 from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 from ksmea.records.identification import (
     IdentificationRecord,
     IntervalEffort,
@@ -49,6 +51,7 @@ from ksmea.records.record import finite
 from ksmea.records.trace import TraceRecord
 from ksmea.studies.curves import response_curves, with_noise
 from ksmea.studies.enough_data import can_be_tested, require_enough
+from ksmea.studies.inputs import input_records, origins_of
 from ksmea.units import TURN
 
 OF_DIFFERENCES = "likelihood of differences"  # the name of a stage
@@ -131,7 +134,7 @@ def identified(
     noise, fit = measurement.noise, None
     if options.intervals != "none" and (noise is None or measurement.has_noise):
         record, noise, fit = _with_intervals(record, case, options, rng)
-    information = _information(case, record.values, noise) if options.crlb else None
+    information = _information(case, record.values, noise, fit) if options.crlb else None
     if information is not None:
         record = _with_crlb(record, information)
     if options.curves:
@@ -224,14 +227,19 @@ def _with_intervals(
     started = time.perf_counter()
     counted, check, level = CountedProblem(case.problem), options.intervals == "profile", options.level
     likelihood = likelihood_of(case.by(counted))
+    own: Sequence[int] = range(likelihood.d)
     try:
         maxima, rises = [nearest_maximum(likelihood, case.problem.parameters.to_cube(record.x))], None
         are_few = check and _has_few_data(likelihood)
         if options.details or are_few:
             maxima = likely_maxima(likelihood, maxima[0], rng)
-        if are_few and (rises := _simulated(likelihood, level, maxima, rng)) is not None:
+        if (joint := counted.joint) is not counted:
+            likelihood, maxima, own = _joint(case, joint, maxima)
+        elif are_few and (rises := _simulated(likelihood, level, maxima, rng)) is not None:
             maxima = maxima[: len(rises)]
-        estimated = estimate(likelihood, maxima[0], others=maxima[1:], level=level, check=check, rises=rises)
+        estimated = estimate(
+            likelihood, maxima[0], others=maxima[1:], level=level, check=check, rises=rises, profiled=own
+        )
         fit = Fit(likelihood, estimated.point)
     except np.linalg.LinAlgError as error:
         return dataclasses.replace(record, interval_error=str(error)), case.measurement.noise, None
@@ -244,12 +252,44 @@ def _with_intervals(
     )
     record = dataclasses.replace(
         record,
-        parameters=_with_ends(record.parameters, case.problem.parameters, estimated),
+        parameters=_with_ends(record.parameters, case.problem.parameters, _part(estimated, own)),
         intervals=effort,
         deviance=finite(fit.deviance),
-        search_excess=finite(_excess(fit, record.x)),
+        search_excess=finite(_excess(fit, joint_values(case.problem, fit.problem, record.x))),
     )
-    return record, estimated.noise, fit
+    return _with_inputs(record, fit, own), estimated.noise, fit
+
+
+def _joint(case: Case, joint: Problem, maxima: Sequence[Point]) -> tuple[Likelihood, list[Point], list[int]]:
+    """The likelihood of the joint problem, its maxima from those with numbers as stated, and the indices of the unknowns of the
+    problem itself."""
+    likelihood, parameters = likelihood_of(case.by(joint)), case.problem.parameters
+    values = [parameters.to_si(point.theta[: len(parameters)]) for point in maxima]
+    starts = [joint.parameters.to_cube(joint_values(case.problem, joint, x)) for x in values]
+    return (
+        likelihood,
+        joint_maxima(likelihood, starts),
+        [joint.parameters.names.index(name) for name in parameters.names],
+    )
+
+
+def _part(estimated: Estimate, own: Sequence[int]) -> Estimate:
+    """An estimate of some of its unknowns."""
+    if len(own) == len(estimated.x):
+        return estimated
+    return dataclasses.replace(
+        estimated, x=estimated.x[list(own)], intervals=tuple(estimated.intervals[index] for index in own)
+    )
+
+
+def _with_inputs(record: IdentificationRecord, fit: Fit, own: Sequence[int]) -> IdentificationRecord:
+    """The record with numbers that are known to a tolerance, and what each unknown's uncertainty comes from."""
+    inputs = input_records(fit)
+    if not inputs:
+        return record
+    origins = origins_of(fit, own)
+    parameters = tuple(dataclasses.replace(part, origin=each) for part, each in zip(record.parameters, origins))
+    return dataclasses.replace(record, parameters=parameters, inputs=inputs)
 
 
 def _simulated(
@@ -310,12 +350,13 @@ def _noise_level(noise: Noise, measurement: Measurement) -> NoiseLevel:
     return NoiseLevel(relative, floor, measurement.by_run(noise), estimated=measurement.noise is None)
 
 
-def _information(case: Case, x: Array, noise: Noise | None) -> Identifiability | None:
-    """Information of data with this noise on the unknowns at x (d,) SI; None without noise, or if there is no response."""
+def _information(case: Case, x: Array, noise: Noise | None, fit: Fit | None) -> Identifiability | None:
+    """Information of data with this noise on the unknowns at x (d,) SI, or at a joint fit; None without noise, or if there is no
+    response."""
     if noise is None or noise.is_absent:
         return None
     try:
-        return _identifiability(case, x, noise)
+        return _identifiability(case, x, noise, None if fit is None or not len(fit.inputs) else fit.x)
     except np.linalg.LinAlgError:
         return None
 
@@ -331,11 +372,12 @@ def _with_crlb(record: IdentificationRecord, information: Identifiability) -> Id
     )
 
 
-def _identifiability(case: Case, x: Array, noise: Noise) -> Identifiability:
-    """Information of the data at x (d,) SI; of differences between runs, that of the differences."""
+def _identifiability(case: Case, x: Array, noise: Noise, beside: Array | None) -> Identifiability:
+    """Information of the data at x (d,) SI, or `beside` a joint fit; of differences between runs, that of the differences."""
     problem, measurement = case.problem, case.measurement
     if not measurement.is_by_differences:
-        return identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
+        known = measurement.noise is not None
+        return identifiability(problem, x, noise, measurement.kind, noise_known=known, beside=beside)
     parameters = problem.parameters
     whitened = with_noise(case, noise).at(parameters.to_cube(x)).whitened / parameters.width
     return Identifiability(x, whitened, np.where(x == 0, parameters.width, np.abs(x)))

@@ -18,7 +18,7 @@ from ksmea.fits.fitting import Fit, fit_from_values
 from ksmea.location.force_law import LawFit, fitted_laws, located_fit, smooth_fits
 from ksmea.location.location import Location, locate
 from ksmea.location.recovered_force import RecoveredForce, recovered_force, site_intervals
-from ksmea.location.unknown_force import LATERAL, QUANTITIES, READING, SiteFit
+from ksmea.location.unknown_force import LATERAL, QUANTITIES, READING, SiteFit, inputs_held
 from ksmea.nonlinear.smooth_law import SmoothForce
 from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.plugins import registry
@@ -89,6 +89,7 @@ def location(
     Raises `SettingError` where the data are too few to tell.
     """
     refuse_differences(case.measurement, "locate")
+    case = case.by(case.problem.joint)
     whole, case = case, case.at_1x()
     if case is not whole:
         baseline = None  # it is a fit to other data
@@ -191,10 +192,9 @@ def _over_sites(estimates: Sequence[EstimateRecord]) -> EstimateRecord:
 
 def _estimates(fit: SiteFit, level: float) -> list[EstimateRecord]:
     parameters = fit.likelihood.problem.parameters
-    values = parameters.to_si(fit.point.theta)
+    values, intervals = parameters.to_si(fit.point.theta), site_intervals(fit, level)
     return [
-        estimate_record(parameter, float(value), interval)
-        for parameter, value, interval in zip(parameters, values, site_intervals(fit, level))
+        estimate_record(parameters.items[index], float(values[index]), intervals[index]) for index in parameters.own
     ]
 
 
@@ -226,7 +226,7 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
 
 def _laws(believed: Sequence[SiteFit], found: Location, progress: Callable[[], None]) -> list[LawFit]:
     """The laws at sites that are believed, the lowest BIC first; behind them a smooth function of speed where none holds."""
-    sites = [fit for fit in believed if fit.unmodelled.quantity in LOADS]
+    sites = [inputs_held(fit) for fit in believed if fit.unmodelled.quantity in LOADS]
     simple = fitted_laws(sites, found.noise, progress)
     return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]
 

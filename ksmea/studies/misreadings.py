@@ -178,7 +178,26 @@ def readings(measurement: Measurement) -> Iterator[Reading]:
         ("exchange x and y (direction)",),
         dataclasses.replace(measurement, channels=across),
     )
+    yield from _swapped(measurement)
     yield from _in_other_units(measurement)
+
+
+def _swapped(measurement: Measurement) -> Iterator[Reading]:
+    """The two probes of one plane exchanged, where there are other planes."""
+    channels = measurement.channels
+    planes = dict.fromkeys(channel.position for channel in channels)
+    for plane in planes if len(planes) > 1 else ():
+        there = [index for index, channel in enumerate(channels) if channel.position == plane and channel.is_1x]
+        if len(there) != 2 or channels[there[0]].is_parallel_to(channels[there[1]]):
+            continue
+        order = np.arange(len(channels))
+        order[there] = there[::-1]
+        names = " and ".join(channels[index].direction for index in there)
+        yield Reading(
+            (f"{names} are swapped at {plane:g} m alone",),
+            ("exchange these two columns, or the cables of these probes",),
+            dataclasses.replace(measurement, values=measurement.values[:, order]),
+        )
 
 
 def double_readings(measurement: Measurement) -> Iterator[Reading]:

@@ -36,6 +36,8 @@ class AddedMass(SeatedEffect):
 
     aliases: ClassVar[Mapping[str, str]] = {
         "mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
+        "disk_mass": "a disk has moments of inertia too; modes that tilt it, or weigh the disk",
+        "disk_position": "both change what the disk does to each mode; measure its distance from a bearing, or weigh it",
     }
 
     what, default_place = "mass", "the first disk or end"

@@ -1,14 +1,15 @@
-"""Gain of one channel other than assumed: y_j (1 + g), real and the same at all speeds.
+"""Gain of one channel or of one plane other than assumed: y_j (1 + g), real and the same at all speeds.
 
 A probe's scale factor depends on the shaft's material and the cable's length; API 670 lets an eddy-current probe err by
 5 %. A gain that all channels have in common cannot be told apart from the size of the unbalance, and one of all x channels
-looks like anisotropic bearings: only calibration separates these.
+looks like anisotropic bearings: only calibration separates these. One oscillator or one shaft material at a plane scales all of its channels.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -27,12 +28,15 @@ NOTICED = (0.08, 0.25)  # of either sign, are drawn
 
 @dataclass(frozen=True)
 class ChannelGain(PlacedEffect):
-    """One channel reads too much or too little."""
+    """One channel, or all of a plane, read too much or too little."""
 
     position: float | None = setting(None, "where the channel looks; null: all positions", unit="m", at_least=0)
     direction: str | None = setting(None, "the channel's direction: x, y or degrees; null: all")
 
     is_scanned: ClassVar[bool] = False
+    aliases: ClassVar[Mapping[str, str]] = {
+        "probe_position": "both scale what the plane reads; measure the position of the probes, or calibrate them",
+    }
     stage: ClassVar[int] = 2
 
     what = "channel"
@@ -46,11 +50,14 @@ class ChannelGain(PlacedEffect):
         return f"{named(self.direction)} {where(self.position)}"
 
     def locations(self, problem: RotorProblem) -> Sequence[ChannelGain]:
-        """Each channel, where there is another to compare it with."""
+        """Each channel, then each plane of several, where there are others to compare with."""
         channels = dict.fromkeys(channel for channel in problem.channels if channel.is_1x)
         if len(channels) < 2:
             return []
-        return [dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels]
+        each = [dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels]
+        of_plane = Counter(channel.position for channel in channels)
+        whole = [position for position, count in of_plane.items() if 1 < count < len(channels)]
+        return [*each, *(dataclasses.replace(self, position=position, direction=None) for position in whole)]
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
         return response * (1 + theta[:, 0, None, None] * np.array([self._reads(channel) for channel in channels]))

@@ -46,6 +46,7 @@ class HubStiffening(SeatedEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both stiffen the shaft; several critical speeds, whose modes bend that place differently",
         "mass": "both move all modes; several critical speeds, whose modes bend that place differently",
+        "disk_inertia": "both raise modes that tilt the disk; tap the rotor hanging free, or swing the disk on wires",
     }
 
     what, default_place, needs = "hub", "the first disk", "a disk on the rotor"

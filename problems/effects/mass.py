@@ -27,6 +27,7 @@ class Mass(RotorEffect):
     """The rotor is heavier or lighter throughout."""
 
     aliases: ClassVar[Mapping[str, str]] = {
+        "disk_mass": "both lower natural frequencies; several critical speeds, whose modes move that disk differently",
         "added_mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
         "axial_force": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
         " hanging free",

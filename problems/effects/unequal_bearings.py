@@ -28,6 +28,7 @@ class UnequalBearings(RotorEffect):
 
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
+        "bearing_position": "both change the share of each bearing; measure the width over which it carries",
     }
 
     sizes = tuple(Size(f"stiffness_difference_{axis}", "%", LARGEST, drawn=NOTICED) for axis in DIRECTIONS)

@@ -13,22 +13,36 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import SettingError, described
 from ksmea.measurement.channel import DIRECTIONS, Channel, direction_at
-from ksmea.problem.parameters import Parameter
+from ksmea.problem.parameters import Parameter, Prior
 from ksmea.settings.document import Block, Units, inside
 from problems.rotor.finite_elements.bearing import Bearing, mirrored_bearing
 from problems.rotor.finite_elements.data import HousingProbe, Rotor
+from problems.rotor.inputs.numbers import ProbeNumber, RotorNumbers
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, PedestalTarget, Target, Unknown, changes_sign
 from problems.rotor_document.bearings import read_bearing, read_plane, read_seal
 from problems.rotor_document.shaft import position_of, read_disk, read_mass, read_materials, read_shaft
+from problems.rotor_document.stated_numbers import split
 from problems.rotor_document.tables import RotorSheets
+from problems.rotor_document.uncertain import Inexact, read_inexact
 from problems.rotor_document.unknowns import read_unknowns
 from problems.rotor_settings import MAX_ELEMENTS, MAX_SPEEDS, MAX_SUPPORTS, MAX_THINGS, check_ports, check_size
 
 MAX_ANGLE = 360.0  # degrees
 ROTATIONS = ("x to y", "y to x")
 REQUIRED = ("units", "materials", "shaft", "speeds")
-OPTIONAL = ("disks", "masses", "bearings", "seals", "couplings", "unbalance", "probes", "unknowns", "rotation")
+OPTIONAL = (
+    "disks",
+    "masses",
+    "bearings",
+    "seals",
+    "couplings",
+    "unbalance",
+    "probes",
+    "unknowns",
+    "rotation",
+    "tolerances",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +58,7 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
     """The description in a document; `mesh` elements replace those in the file."""
     document.check_keys(REQUIRED, OPTIONAL)
     _check_counts(document)
+    document, stated = split(document)
     units = Units.of(document.block("units"))
     named = document.block("materials")
     materials = read_materials(named, units)
@@ -74,10 +89,16 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
     n_bearing = len(bearings) + _further_unknown(owners, len(bearings))
     sizes = {"n_bearing": n_bearing, "n_plane": len(planes), "n_probe": len(channels)}
     inside(document, "", lambda: check_ports(n_element, len(speed), **sizes))
+    inexact = read_inexact(stated, document, units, rotor, channels, materials)
+    unknowns = (*unknowns, *inexact.unknowns)
     if "rotation" in document.values and document.choice("rotation", "sense of rotation", ROTATIONS) == ROTATIONS[1]:
         rotor, channels = mirrored(rotor), tuple(map(_mirrored_channel, channels))
         unknowns, reference = inside(document, "rotation", lambda: _mirrored_unknowns(unknowns, reference))
-    problem = inside(document, "", lambda: RotorProblem(rotor, unknowns, speed, channels))
+        inexact = inside(document, "rotation", lambda: _mirrored_inexact(inexact))
+    uncertain = inexact.uncertain if inexact.uncertain.are_there else None
+    problem = inside(document, "", lambda: RotorProblem(rotor, unknowns, speed, channels, uncertain=uncertain))
+    if inexact.numbers or inexact.probes:
+        problem = problem.with_effects((RotorNumbers(inexact.numbers, inexact.probes),))
     return RotorDescription(problem, reference, sheets.read)
 
 
@@ -132,7 +153,11 @@ def _speeds(document: Block, units: Units) -> Array:
 def _channels(blocks: Sequence[Block], units: Units, shaft: Rotor) -> tuple[Channel, ...]:
     channels: list[Channel] = []
     for block in blocks:
-        block.check_keys(("position", "direction"), ["relative_to"])
+        block.check_keys(("position", "direction"), ["relative_to", "gain"])
+        if "gain" in block.values and block.number("gain") != 1:
+            raise block.error(
+                "gain", "expected 1, or its tolerance; divide the measured values by a gain that is known"
+            )
         position = position_of(block, units, shaft, "probe", needs_node=False)
         channel = Channel(position, _direction(block))
         if channel in channels:
@@ -218,8 +243,41 @@ def _mirrored_unknowns(
                 " describe the rotor with y reversed, and leave rotation out"
             )
         if True in signs:
-            own = Parameter(own.name, own.unit, own.si_per_unit, -own.upper, -own.lower)
+            own = _reversed(own)
             if own.name in values:
                 values[own.name] = -values[own.name]
         found.append(Unknown(own, item.targets))
     return tuple(found), values
+
+
+def _reversed(parameter: Parameter) -> Parameter:
+    """The unknown with the other sign."""
+    prior = parameter.prior and Prior(-parameter.prior.value, parameter.prior.sd)
+    return replace(parameter, lower=-parameter.upper, upper=-parameter.lower, prior=prior)
+
+
+def _mirrored_inexact(inexact: Inexact) -> Inexact:
+    """Numbers seen with y reversed: directions of probes change sign, as do unknowns of bearings and unbalance."""
+
+    def probes(own: Sequence[ProbeNumber]) -> tuple[ProbeNumber, ...]:
+        return tuple(map(_mirrored_probe, own))
+
+    uncertain = inexact.uncertain
+    exact = tuple(
+        (reading, position, direction and _mirrored_direction(direction))
+        for reading, position, direction in uncertain.exact_probes
+    )
+    uncertain = replace(
+        uncertain,
+        unknowns=_mirrored_unknowns(uncertain.unknowns, {})[0],
+        probes=probes(uncertain.probes),
+        exact_probes=exact,
+    )
+    return replace(inexact, probes=probes(inexact.probes), uncertain=uncertain)
+
+
+def _mirrored_probe(number: ProbeNumber) -> ProbeNumber:
+    direction = number.direction and _mirrored_direction(number.direction)
+    if number.reading != "direction":
+        return replace(number, direction=direction)
+    return replace(number, parameter=_reversed(number.parameter), stated=-number.stated, direction=direction)

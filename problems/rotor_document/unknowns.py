@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from ksmea.errors import described, unknown
-from ksmea.problem.parameters import Parameter
+from ksmea.problem.parameters import Parameter, Prior
 from ksmea.settings.document import Block, Units
 from ksmea.units import Unit
 from problems.rotor.finite_elements.bearing import COEFFICIENTS
@@ -22,6 +22,7 @@ from problems.rotor.response.unknowns import (
     numbers_set_by,
 )
 from problems.rotor_document.bearings import QUANTITY_OF_PART
+from problems.rotor_document.stated_numbers import deviation
 
 FACTOR = "factor"  # the quantity of a number without unit
 LARGEST_FACTOR = 1e6
@@ -44,7 +45,7 @@ def read_unknowns(
     reference: dict[str, float] = {}
     owners: dict[object, str] = {}
     for block in blocks:
-        block.check_keys(("name", "lower", "upper", "sets"), ["reference"])
+        block.check_keys(("name", "lower", "upper", "sets"), ["reference", "value", "sd"])
         name = block.text("name")
         if not NAME.fullmatch(name):
             raise block.error("name", f"expected letters, digits and _ after a letter, got {described(name)}")
@@ -63,10 +64,26 @@ def read_unknowns(
             upper = units.value(block, "upper", quantity, above=lower)
             has_value = "reference" in block.values
             value = units.value(block, "reference", quantity, at_least=lower, at_most=upper) if has_value else None
-        unknowns.append(Unknown(Parameter(name, unit.name, unit.si, lower * unit.si, upper * unit.si), targets))
+        parameter = Parameter(name, unit.name, unit.si, lower * unit.si, upper * unit.si, prior=_prior(block, unit))
+        unknowns.append(Unknown(parameter, targets))
         if value is not None:
             reference[name] = value * unit.si
     return tuple(unknowns), reference
+
+
+def _prior(block: Block, unit: Unit) -> Prior | None:
+    """What is known of an unknown before any measurement, if the file says it: its value and standard deviation."""
+    given = [key for key in ("value", "sd") if key in block.values]
+    if not given:
+        return None
+    if len(given) < 2:
+        missing = "sd" if given == ["value"] else "value"
+        raise block.error(missing, f"expected a number beside {given[0]}, got nothing; give both or none")
+    value = block.number("value", unit.name, at_least=block.number("lower"), at_most=block.number("upper"))
+    sd = deviation(block, "sd", value)
+    if not sd:
+        raise block.error("sd", "expected more than 0; a number that is exact is no unknown")
+    return Prior(value * unit.si, sd * unit.si)
 
 
 def _targets(block: Block, counts: Mapping[str, int], owners: Mapping[object, str]) -> tuple[tuple[Target, ...], str]:

@@ -103,8 +103,9 @@ def test_the_same_seed_gives_the_same_rises():
 
 
 def test_what_is_costly_or_has_no_datum_left_is_not_simulated():
-    def stand_in(*, has_sensitivity=True, costly=(), by_differences=False, n_residual=12):
-        problem = SimpleNamespace(has_sensitivity=has_sensitivity, costly=costly)
+    def stand_in(*, has_sensitivity=True, costly=(), by_differences=False, n_residual=12, with_prior=()):
+        parameters = SimpleNamespace(with_prior=with_prior)
+        problem = SimpleNamespace(has_sensitivity=has_sensitivity, costly=costly, parameters=parameters)
         measurement = SimpleNamespace(is_by_differences=by_differences)
         return SimpleNamespace(
             model=SimpleNamespace(problem=problem), measurement=measurement, n_residual=n_residual, d=2
@@ -113,6 +114,7 @@ def test_what_is_costly_or_has_no_datum_left_is_not_simulated():
     assert can_be_simulated(stand_in())
     assert not can_be_simulated(stand_in(has_sensitivity=False))
     assert not can_be_simulated(stand_in(costly=(1,)))
+    assert not can_be_simulated(stand_in(with_prior=(1,)))
     assert not can_be_simulated(stand_in(by_differences=True))
     assert not can_be_simulated(stand_in(n_residual=2))
 

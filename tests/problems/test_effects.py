@@ -227,12 +227,16 @@ def test_places():
     def found(name, problem=PLAIN):
         return [str(place) for place in effect(name).locations(problem)]
 
-    assert found("runout") == ["at 0.1 m", "at 0.2 m", "at 0.5 m"] == found("probe_rotation")
+    planes = ["at 0.1 m", "at 0.2 m", "at 0.5 m"]
+    assert found("runout") == planes == found("probe_position") == found("probe_rotation")[:3]
+    assert found("probe_rotation")[3:] == found("channel_gain")[:6]
     assert found("unbalance") == ["at 0.2 m", "at 1 m"]
-    assert found("channel_gain")[:3] == ["x at 0.1 m", "y at 0.1 m", "x at 0.2 m"] and len(found("channel_gain")) == 6
+    assert found("channel_gain")[:3] == ["x at 0.1 m", "y at 0.1 m", "x at 0.2 m"] and found("channel_gain")[6:] == [
+        f"x and y {plane}" for plane in planes
+    ]
     assert found("mass") == ["whole rotor"]
     one = PLAIN.at(PLAIN.speed, [Channel(0.1, "x")])
-    assert found("channel_gain", one) == [] == found("probe_rotation", one)
+    assert found("channel_gain", one) == [] == found("probe_rotation", one) == found("probe_position", one)
 
 
 def test_one_bearing_cannot_be_unequal():

@@ -11,7 +11,7 @@ from problems.rotor.finite_elements.bearing import Support
 from problems.rotor.free_motion.stability import is_passive
 from problems.three_disk import ThreeDisk
 
-SETTINGS = ThreeDisk(sensors=[0.1], n_speed=9)
+SETTINGS = ThreeDisk(sensors=[0.1, 0.9], n_speed=9)
 PLAIN = SETTINGS.build()
 REFERENCE = np.array([SETTINGS.reference()[name] for name in PLAIN.parameters.names])
 NOTHING = np.zeros((2, 2))

@@ -148,6 +148,11 @@ def is_at(channel: Channel, position: float | None) -> bool:
     return position is None or abs(channel.position - position) <= SAME_PLACE  # m
 
 
+def is_near(position: float, other: float) -> bool:
+    """Whether two positions (m) are one."""
+    return abs(position - other) <= SAME_PLACE
+
+
 def planes(problem: RotorProblem) -> list[float]:
     """Where the probes look, each position once, m."""
     return list(dict.fromkeys(channel.position for channel in problem.channels))
@@ -188,3 +193,8 @@ def unbalance_scale(problem: RotorProblem) -> float:
 def rotor_mass(problem: RotorProblem) -> float:
     """Mass of all that turns, kg."""
     return float(problem.rotor.mass)
+
+
+def shaft_length(problem: RotorProblem) -> float:
+    """m."""
+    return problem.rotor.length

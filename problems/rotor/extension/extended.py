@@ -84,6 +84,14 @@ class ExtendedPhysics(RotorWithEffects, Physics):
             partial(self._reduced_response, near=self._site_motions.get(tuple(x))),
         )
 
+    def with_loads(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray]:
+        """By one reduction where unknowns change the rotor, so that each value costs one."""
+        if not len(self.costly):
+            return super().with_loads(x, loads)
+        shape = (len(self.base.channels), 1 + len(loads))
+        both = self._rotor_by_rotor(x, shape, loads, self._reduced_columns)
+        return both[..., 0], both[..., 1:]
+
     def load_response(self, x: Array, loads: tuple[Load, ...]) -> ComplexArray:
         return self._rotor_by_rotor(x, (len(self.base.channels), len(loads)), loads, self._reduced_load_response)
 
@@ -110,7 +118,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         return finite(found)
 
     def linearises_cheaply(self, loads: Sequence[Load]) -> bool:
-        return self._has_one_solution and not loads
+        return self._has_one_solution and (not loads or len(self.costly) > 0)
 
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
         """Response and sensitivity by one solution, or else by central differences inside the limits."""
@@ -118,10 +126,20 @@ class ExtendedPhysics(RotorWithEffects, Physics):
 
     def _linearised_at(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
-            response, sensitivity = linearised(self, x) if self._has_one_solution else self._by_differences(x)
+            if self._has_one_solution:
+                response, sensitivity = (each[:, :, 0] for each in linearised(self, x))
+            else:
+                response, sensitivity = self._by_differences(x)
         for each in (response, sensitivity):
             finite(each).flags.writeable = False  # others may be given it too
         return response, sensitivity
+
+    def linearised_per_load(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray] | None:
+        if not (loads and len(self.costly) and self._has_one_solution):
+            return None
+        with np.errstate(divide="ignore", invalid="ignore"):
+            columns, change = linearised(self, x, loads)
+        return finite(columns), finite(change)
 
     def _by_differences(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
         """Central differences of the whole response."""
@@ -214,7 +232,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
     def _turning_motion(self, x: Array, sizes: ComplexArray) -> ComplexArray:
         """Motion at the seen channels where a stiffness turns with the shaft, (n, n_speed, n_seen), for sets with the same rotor."""
         of_effects = self.parts(x)[1]
-        make = partial(self._turning_shaft, self.rotor_with(x[0]))
+        make = partial(self._turning_shaft, self.rotor_with(x[0]), x[0, self.costly])
         shaft = recent(self._turning_shafts, tuple(x[0, self.costly]), make, MAX_REDUCTIONS)
         entries = [self.impedances_and_sizes(x, reduction.harmonic)[0] for reduction in shaft.reductions]
         return shaft.motion(entries, self._turning.acting(shaft.rotor, of_effects, sizes, self.forces(of_effects)[0]))
@@ -228,13 +246,19 @@ class ExtendedPhysics(RotorWithEffects, Physics):
     def _turning_shafts(self) -> OrderedDict[tuple[float, ...], TurningShaft]:
         return OrderedDict()
 
-    def _turning_shaft(self, rotor: Rotor) -> TurningShaft:
-        sites, seen = self.site_laws, self.seen_channels
+    def _turning_shaft(self, rotor: Rotor, changing: Array) -> TurningShaft:
+        sites, seen = self.site_laws, self.channels_with(changing)
         return self._turning.shaft(rotor, self.impedances, self.base.speed, seen, self.loads(rotor), sites)
 
     def _reduced_response(self, reduction: Reduction, x: Array, near: ComplexArray | None = None) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x, near)
         return self.observed(columns[..., 0], of_effects)
+
+    def _reduced_columns(self, reduction: Reduction, x: Array) -> ComplexArray:
+        """Response and responses to unit loads."""
+        return np.concatenate(
+            [self._reduced_response(reduction, x)[..., None], self._reduced_load_response(reduction, x)], axis=-1
+        )
 
     def _reduced_load_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x)
@@ -256,13 +280,14 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         force = force_per_unbalance(rotor, self.base.speed) @ complex_unbalance(rotor)
         if (loads := self.loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self.sizes(of_effects), axis=1)[0]
-        linear, nonlinear = self.forces(of_effects)
+        forces = self.forces(of_effects)
         if self._turning.are_there:
-            acting = self._turning.acting(rotor, of_effects, np.empty((1, 0), complex), linear)
+            acting = self._turning.acting(rotor, of_effects, np.empty((1, 0), complex), forces[0])
             at_orders = [bearings(order) for order in range(HIGHEST + 1)]
-            motion = self._turning_shaft(rotor).dense_motion(at_orders, acting, force)
+            motion = self._turning_shaft(rotor, x[0, self.costly]).dense_motion(at_orders, acting, force)
         else:
-            motion = dense_motion(rotor, self.base.speed, self.seen_channels, bearings, force, linear, nonlinear)
+            seen = self.seen_channels, self.channels_with(x[0, self.costly])
+            motion = dense_motion(rotor, self.base.speed, seen, bearings, force, forces)
         return self.observed(motion[None] + self._sweep_change(x), of_effects)
 
     def _sweep_change(self, x: Array) -> ComplexArray:
@@ -295,7 +320,8 @@ class ExtendedPhysics(RotorWithEffects, Physics):
             if site.law.follows_motion:
                 positions.append(site.position)
                 impedance.append(np.stack([site.stiffness(each[None], nodes) for each in coefficients], axis=1))
-        nominal = spectrum(rotor, searched_speed(nodes, nodes), self.seen_channels, tuple(positions))
+        seen = self.channels_with(x[0, self.costly])
+        nominal = spectrum(rotor, searched_speed(nodes, nodes), seen, tuple(positions))
         return poles_on(nominal, parabola(block_diagonal(impedance), nodes), parabola(force, nodes), sweep.reach)
 
 

@@ -12,7 +12,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import ClassVar, Self
 
-from ksmea.arrays import Array, ComplexArray
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter, name_at
@@ -30,6 +32,7 @@ class RotorHooks(ABC):
     couples_axes: ClassVar[bool] = False  # its `impedance` has entries beside the diagonal
     couples_bearings: ClassVar[bool] = False  # its `support` is common to all bearings
     changes_rotor = Given("rotor")
+    moves_probes = Given("moved")
     has_loads = Given("loads")  # with `load_sizes`
     turns = Given("turning_rows")  # with `turning_stiffness` and `weight`
     # Effects act from the lowest stage to the highest, in whatever order they were added: what a probe sees (0) before its
@@ -43,6 +46,23 @@ class RotorHooks(ABC):
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         """The rotor as changed by one set of values (e,)."""
         return rotor
+
+    def moved(self, looking: Sequence[Channel], channels: Sequence[Channel], theta: Array) -> tuple[Channel, ...]:
+        """Where probes are, and in which directions they look, at one set of values (e,): `looking` for each of these channels without
+        this effect."""
+        return tuple(looking)
+
+    def costly(self, n_unknown: int) -> Indices:
+        """Which of its unknowns change the rotor or move probes, each new value of which takes a reduction anew."""
+        return np.arange(n_unknown if self.changes_rotor or self.moves_probes else 0)
+
+    def of_probes(self, n_unknown: int) -> Mask:
+        """Which of its unknowns move probes, and change nothing of the rotor."""
+        return np.full(n_unknown, self.moves_probes and not self.changes_rotor)
+
+    def linear(self, n_unknown: int) -> Mask:
+        """Of which unknowns the rotor's matrices are linear functions, whatever others of them are."""
+        return np.zeros(n_unknown, dtype=bool)
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
         """Impedances of the bearings, (n_bearing, 2, 2, n, n_speed) N/m from motion (second 2) to force (first 2), at

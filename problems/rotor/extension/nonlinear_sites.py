@@ -105,21 +105,22 @@ def responses_at_order(
 def dense_motion(
     rotor: Rotor,
     speed: Array,
-    seen: Sequence[Channel],
+    seen: tuple[Sequence[Channel], Sequence[Channel]],
     bearings: Callable[[float], ComplexArray],
     force: ComplexArray,
-    linear: Sequence[Force],
-    nonlinear: Sequence[Force],
+    forces: tuple[Sequence[Force], Sequence[Force]],
 ) -> ComplexArray:
     """The motion (n_speed, n_seen) of one set by solving with the whole dynamic stiffness, under nodal forces (n_speed, n_dof);
-    `bearings` gives impedances between all ports (n_port, n_port, n_speed) at a harmonic."""
+    `seen` are the channels by name and where their probes are, `bearings` gives impedances between all ports
+    (n_port, n_port, n_speed) at a harmonic, `forces` are those that are linear in the motion, and others."""
+    (linear, nonlinear), (named, looking) = forces, seen
     free = assemble_free(rotor)
     sites = [site.rows(rotor) for site, _ in nonlinear]
     units = [np.broadcast_to(rows.T, (len(speed), *rows.T.shape)) for rows in sites]
 
     def stiffness_at(order: int) -> tuple[ComplexArray, ComplexArray]:
         """The dynamic stiffness, and rows of the channels."""
-        of_bearings, rows_read = bearings_and_readings(rotor, speed, seen, bearings(order), order)
+        of_bearings, rows_read = bearings_and_readings(rotor, speed, looking, bearings(order), order)
         stiffness = dynamic_stiffness(free, speed, order) + of_bearings
         for site, coefficients in linear:
             if site.law.follows_motion:
@@ -138,7 +139,7 @@ def dense_motion(
     stiffness, rows_read = stiffness_at(1)
     moved = np.linalg.solve(stiffness, np.concatenate([force[..., None], *units], axis=2))
     columns = (rows_read @ moved)[None]
-    return with_nonlinear_forces(columns, nonlinear, seen, speed, at_order)[0][0, :, :, 0]
+    return with_nonlinear_forces(columns, nonlinear, named, speed, at_order)[0][0, :, :, 0]
 
 
 def _all_alike(stiffens: Array) -> Array:

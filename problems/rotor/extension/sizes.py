@@ -12,7 +12,15 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.problem.parameters import Parameter
-from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, MICROMETRE_PER_KILONEWTON, MICROSECOND, MILLIRADIAN
+from ksmea.units import (
+    DEGREE,
+    GRAM_MILLIMETRE,
+    MICROMETRE,
+    MICROMETRE_PER_KILONEWTON,
+    MICROSECOND,
+    MILLIMETRE,
+    MILLIRADIAN,
+)
 from problems.rotor.response.problem import RotorProblem
 
 SI_PER_UNIT = {
@@ -27,6 +35,7 @@ SI_PER_UNIT = {
     "N s/m²": 1.0,
     "µm/kN": MICROMETRE_PER_KILONEWTON,
     "µm": MICROMETRE,
+    "mm": MILLIMETRE,
     "µs": MICROSECOND,
     "g mm": GRAM_MILLIMETRE,
     "deg": DEGREE,

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import itertools
 from collections import OrderedDict
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
 from ksmea.measurement.channel import Channel
 from ksmea.numerics.differences import recent
 from ksmea.problem.load import Load
@@ -30,6 +32,7 @@ from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.receptance import Reduction, at_harmonic, reduce_rotor
 from problems.rotor.response.unknowns import Inputs
 
+MAX_ROTORS = 8  # kept as effects have changed them
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
 
@@ -60,22 +63,85 @@ class RotorWithEffects:
         return own, of_effects
 
     @cached_property
+    def _costly(self) -> list[Indices]:
+        """Of each effect, which of its own unknowns change the rotor itself or move its probes."""
+        return [effect.costly(len(columns)) for effect, columns in zip(self.effects, self._columns[1:])]
+
+    @cached_property
     def costly(self) -> Indices:
-        """Indices of the unknowns that change the rotor itself."""
-        changing = [columns for effect, columns in zip(self.effects, self._columns[1:]) if effect.changes_rotor]
-        return np.concatenate(changing) if changing else np.empty(0, dtype=int)
+        """Indices of the unknowns that change the rotor itself or move its probes."""
+        found = [columns[own] for own, columns in zip(self._costly, self._columns[1:])]
+        return np.concatenate([np.empty(0, dtype=int), *found])
+
+    @cached_property
+    def linear(self) -> Mask:
+        """Of which unknowns (d,) the matrices of the rotor are linear functions, whatever others of them are."""
+        return self._mask(lambda effect, n_unknown: effect.linear(n_unknown))
+
+    @cached_property
+    def of_probes(self) -> Mask:
+        """Which unknowns (d,) move probes, and change nothing of the rotor."""
+        return self._mask(lambda effect, n_unknown: effect.of_probes(n_unknown))
+
+    def _mask(self, asked: Callable[[RotorHooks, int], Mask]) -> Mask:
+        found = np.zeros(len(self.parameters), dtype=bool)
+        for effect, columns in zip(self.effects, self._columns[1:]):
+            found[columns] = asked(effect, len(columns))
+        return found
+
+    @property
+    def loads_follow_rotor(self) -> bool:
+        """Whether effects load the rotor, as its matrices may say."""
+        return any(effect.has_loads for effect in self.effects)
+
+    @cached_property
+    def slopes(self) -> OrderedDict[Hashable, Any]:
+        """Derivatives of the rotor's matrices that are kept (`problems/rotor/extension/rotor_slopes.py`)."""
+        return OrderedDict()
 
     def rotor_with(self, x: Array) -> Rotor:
         """The rotor as effects change it at values (d,) SI; its bearings and unbalance are nominal."""
         return self.changed_rotor(self.base.rotor, x[self.costly])
 
-    def changed_rotor(self, rotor: Rotor, values: Array) -> Rotor:
+    def changed_rotor(self, rotor: Rotor, changing: Array) -> Rotor:
+        """A rotor as effects change it, by the values of the costly unknowns."""
+
+        def made() -> Rotor:
+            changed = rotor
+            for effect, theta in self._changing(changing):
+                if effect.changes_rotor:
+                    changed = effect.rotor(changed, theta)
+            return changed
+
+        return recent(self._rotors, changing.tobytes(), made, MAX_ROTORS) if rotor is self.base.rotor else made()
+
+    @cached_property
+    def _rotors(self) -> OrderedDict[Hashable, Rotor]:
+        return OrderedDict()
+
+    def channels_with(self, changing: Array) -> tuple[Channel, ...]:
+        """The seen channels where effects put their probes, by the values of the costly unknowns."""
+        own = looking = self.base.channels
+        for effect, theta in self._changing(changing):
+            if effect.moves_probes:
+                looking = effect.moved(looking, own, theta)
+        looking = tuple(self._on_shaft(channel) for channel in looking)
+        return (*looking, *self.seen_channels[len(own) :])
+
+    def _on_shaft(self, channel: Channel) -> Channel:
+        """A probe that several changes together would move beyond an end of the shaft looks at that end."""
+        within = min(max(channel.position, 0.0), self.base.rotor.length)
+        return channel if within == channel.position else replace(channel, position=within)
+
+    def _changing(self, changing: Array) -> Iterator[tuple[RotorHooks, Array]]:
+        """Effects with costly unknowns and the values of their own, 0 of those that are not costly."""
         start = 0
-        for effect, columns in zip(self.effects, self._columns[1:]):
-            if effect.changes_rotor:
-                rotor = effect.rotor(rotor, values[start : start + len(columns)])
-                start += len(columns)
-        return rotor
+        for effect, own, columns in zip(self.effects, self._costly, self._columns[1:]):
+            if len(own):
+                theta = np.zeros(len(columns))
+                theta[own] = changing[start : start + len(own)]
+                start += len(own)
+                yield effect, theta
 
     @cached_property
     def impedances(self) -> tuple[Impedance, ...]:
@@ -213,11 +279,17 @@ class RotorWithEffects:
         return response[..., : len(self.base.channels)]
 
     def shown(self, columns: ComplexArray, x: Array) -> ComplexArray:
-        """What the probes show (n, n_speed, n_channel), m, of motion and responses to unit forces at the sites of laws, which are
-        linear, (n, n_speed, n_seen, 1 + n_site_load), with these forces acting, for sets (n, d)."""
+        """What the probes show (n, n_speed, n_channel, 1 + n_load), m and m per unit, of motion, responses to unit forces at the sites of
+        laws, which are linear, and to unit loads, (n, n_speed, n_seen, 1 + n_site_load + n_load), with these forces acting, for sets
+        (n, d)."""
         of_effects = self.parts(x)[1]
         acting = with_linear_forces(columns, self.forces(of_effects)[0], self.seen_channels, self.base.speed)
-        return self.observed(acting[..., 0], of_effects)
+        motion = self.observed(acting[..., 0], of_effects)
+        if acting.shape[-1] == 1:
+            return motion[..., None]
+        at_rest = self.observed(np.zeros_like(acting[..., 0]), of_effects)  # runout is read at rest too
+        per_load = [self.observed(each, of_effects) - at_rest for each in np.moveaxis(acting[..., 1:], -1, 0)]
+        return np.stack([motion, *per_load], axis=-1)
 
     @property
     def shows_motion(self) -> bool:
@@ -227,7 +299,7 @@ class RotorWithEffects:
     def reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
         """The rotor, as its effects have changed it, seen from its ports; unit loads come last, and act alone at a harmonic, where
         their sites are read behind the channels."""
-        base, seen = self.base, self.seen_channels
+        base, seen = self.base, self.channels_with(np.array(changing))
 
         def reduced() -> Reduction:
             rotor, units = self.changed_rotor(base.rotor, np.array(changing)), self.unit_loads_with(loads)
@@ -247,7 +319,7 @@ class RotorWithEffects:
     @property
     def _shapes_reduction(self) -> bool:
         """Whether effects change the rotor or load it. Others, at whatever places, share the reductions of the rotor behind."""
-        return bool(self.site_laws) or any(effect.changes_rotor or effect.has_loads for effect in self.effects)
+        return bool(self.site_laws or len(self.costly)) or any(effect.has_loads for effect in self.effects)
 
     def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorHooks, Array]]:
         """The effects with their values in the order in which they act."""

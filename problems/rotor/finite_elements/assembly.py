@@ -15,6 +15,7 @@ import numpy as np
 
 from ksmea.arrays import Array, Indices
 from problems.rotor.finite_elements import shaft
+from problems.rotor.finite_elements.beside_node import bearing_rows, disk_rows
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE, Element, element_at, elements, locate
 from problems.rotor.finite_elements.segments import CouplingSegment, ShaftSegment
@@ -86,7 +87,8 @@ def assemble(rotor: Rotor, speed: float = 0.0) -> Matrices:
     )
     for index, bearing in enumerate(supported):
         relative = np.zeros((2, n_whole))
-        relative[[0, 1], node_dof(rotor.node_at(bearing.position, "bearing"))[:2]] = 1.0
+        dof, rows = bearing_rows(rotor, bearing)
+        relative[:, dof] = rows
         if bearing.pedestal is not None:
             start = n_dof + 2 * housings.index(index)
             housing = slice(start, start + 2)
@@ -113,10 +115,11 @@ def assemble_free(rotor: Rotor) -> Matrices:
     mass = chained([each.mass for each in matrices])
     gyroscopic = chained([each.gyroscopic for each in matrices])
     stiffness = chained([each.stiffness for each in matrices])
-    for disk in (*rotor.disks, *rotor.masses):
-        at_node = node_dof(rotor.node_at(disk.position, "disk"))
-        mass[np.ix_(at_node, at_node)] += shaft.disk_mass(disk)
-        gyroscopic[np.ix_(at_node, at_node)] += shaft.disk_gyroscopic(disk)
+    seated = [(disk, *disk_rows(rotor, disk)) for disk in (*rotor.disks, *rotor.masses)]
+    for disk, dof, rows in seated:
+        place = np.ix_(dof, dof)
+        mass[place] += rows.T @ shaft.disk_mass(disk) @ rows
+        gyroscopic[place] += rows.T @ shaft.disk_gyroscopic(disk) @ rows
     circulatory, damping = np.zeros_like(stiffness), np.zeros_like(stiffness)
     if rotor.internal_damping:
         damping = rotor.internal_damping * stiffness
@@ -127,9 +130,8 @@ def assemble_free(rotor: Rotor) -> Matrices:
         stiffness = stiffness + rotor.axial_force * chained(of_elements(rotor, shaft.geometric_stiffness))
     if any(disk.standing_damping for disk in rotor.disks):
         damping = damping.copy()
-        for disk in rotor.disks:
-            at_node = node_dof(rotor.node_at(disk.position, "disk"))
-            damping[np.ix_(at_node, at_node)] += disk.standing_damping * shaft.disk_mass(disk)
+        for disk, dof, rows in seated:
+            damping[np.ix_(dof, dof)] += disk.standing_damping * (rows.T @ shaft.disk_mass(disk) @ rows)
     if not all(isinstance(segment, ShaftSegment) and _is_plain(segment) for segment in rotor.segments):
         turning = chained(of_elements(rotor, shaft.segment_internal_damping))
         damping = damping + turning + chained(of_elements(rotor, shaft.segment_damping))

@@ -130,9 +130,10 @@ class Pedestal:
 
 @dataclass(frozen=True)
 class Bearing:
-    """A linear bearing or seal at a node. With a table, K = K₀ + factors · table, entry by entry, and C and M likewise."""
+    """A linear bearing or seal at a node, or beside it by an `offset`. With a table, K = K₀ + factors · table, entry by entry, and C and
+    M likewise."""
 
-    position: float  # m
+    position: float  # m, of its node
     kxx: float = 0.0  # N/m
     kxy: float = 0.0
     kyx: float = 0.0
@@ -148,6 +149,7 @@ class Bearing:
     table: SpeedTable | None = None  # twelve columns in the order of COEFFICIENTS
     factors: tuple[float, ...] = field(default=(1.0,) * len(COEFFICIENTS))  # of the table's columns
     pedestal: Pedestal | None = None  # None: rigid ground
+    offset: float = 0.0  # m
 
     def __post_init__(self) -> None:
         _require_numbers(self, f"bearing at {self.position:g} m")

@@ -194,15 +194,28 @@ Segment = ShaftSegment | CouplingSegment
 
 
 @dataclass(frozen=True)
-class Disk:
-    """A rigid disk fixed to a node of the shaft, or a lumped mass, which may have inertias alone."""
+class RingSize:
+    """A homogeneous ring: lengths in m, density in kg/m³."""
 
-    position: float  # m
+    outer_radius: float
+    inner_radius: float
+    thickness: float
+    density: float
+
+
+@dataclass(frozen=True)
+class Disk:
+    """A rigid disk fixed to a node of the shaft, or a lumped mass, which may have inertias alone. With an `offset` it sits beside its
+    node, and moves as the shaft there."""
+
+    position: float  # m, of its node
     mass: float  # kg
     polar_inertia: float  # kg m², about the shaft
     diametral_inertia: float  # kg m², about a diameter through the centre of mass
     is_lumped: bool = False
     standing_damping: float = 0.0  # 1/s: in proportion to mass and diametral inertia, on the ground
+    ring: RingSize | None = None  # that mass and inertias were computed of; None: they are given
+    offset: float = 0.0  # m
 
     def __post_init__(self) -> None:
         if self.is_lumped:
@@ -228,7 +241,13 @@ class Disk:
         require_positive("density of a disk", density, "kg/m³")
         mass = density * math.pi * (outer_radius**2 - inner_radius**2) * thickness
         radii_squared = outer_radius**2 + inner_radius**2
-        return cls(position, mass, mass * radii_squared / 2, mass * (3 * radii_squared + thickness**2) / 12)
+        inertias = mass * radii_squared / 2, mass * (3 * radii_squared + thickness**2) / 12
+        return cls(position, mass, *inertias, ring=RingSize(outer_radius, inner_radius, thickness, density))
+
+    def resized(self, ring: RingSize) -> Disk:
+        """With mass and inertias of another ring."""
+        made = Disk.from_geometry(self.position, **dataclasses.asdict(ring))
+        return dataclasses.replace(made, standing_damping=self.standing_damping, offset=self.offset)
 
 
 def require_positive(what: str, value: float, unit: str) -> None:

@@ -272,6 +272,17 @@ def displacement_row(element: Element, fraction: float, direction: str) -> Array
     return np.asarray(shapes @ (along_x * X_PLANE + along_y * Y_PLANE))
 
 
+def rotation_rows(element: Element, fraction: float) -> Array:
+    """The rows (2, 8) that read the rotations φ_x and φ_y of the section at a fraction of the element."""
+    if isinstance(element.segment, CouplingSegment):  # of its left end, then of its right one
+        shapes = np.array([0.0, 1 - fraction, 0.0, fraction])
+    elif is_cylinder(element):
+        shapes = rotation_shapes(element.length, shear_parameter(element), fraction)
+    else:
+        shapes = rings(element)[0].shapes(fraction)[1]
+    return np.stack([-shapes @ Y_PLANE, shapes @ X_PLANE])
+
+
 @lru_cache(MAX_KEPT)
 def _deflection_row(length: float, phi: float, fraction: float, direction: str) -> Array:
     along_x, along_y = cosines(direction)

@@ -11,7 +11,9 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel
-from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row, node_dof
+from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row
+from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.beside_node import bearing_rows
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
@@ -40,7 +42,7 @@ def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> C
     stiffness = np.zeros((len(speed), n_whole, n_whole), dtype=complex)
     stiffness[:, :n_dof, :n_dof] = dynamic_stiffness(shaft, speed)
     for index, bearing in enumerate(supported):
-        relative = np.eye(n_whole)[node_dof(rotor.node_at(bearing.position, "bearing"))[:2]]
+        relative = _spread(rotor, bearing, n_whole)
         if bearing.pedestal is not None:
             housing = np.eye(n_whole)[[housings[index], housings[index] + 1]]
             stiffness += housing.T @ bearing.pedestal.impedance(speed) @ housing
@@ -57,6 +59,14 @@ def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> C
     return np.asarray(motion @ rows.T)
 
 
+def _spread(rotor: Rotor, bearing: Bearing, n_dof: int) -> Array:
+    """Rows (2, n_dof) that read the shaft at a bearing."""
+    whole = np.zeros((2, n_dof))
+    dof, rows = bearing_rows(rotor, bearing)
+    whole[:, dof] = rows
+    return whole
+
+
 def _on_pedestals(rotor: Rotor) -> list[int]:
     return [index for index, bearing in enumerate(rotor.supported) if bearing.pedestal is not None]
 
@@ -71,8 +81,7 @@ def bearings_and_readings(
     """With impedances between all ports of bearings and seals (n_port, n_port, n_speed), N/m at a harmonic: the dynamic stiffness that they
     and the rotor's pedestals add, (n_speed, n_dof, n_dof), and the rows that read the channels, (n_speed, n_channel, n_dof)."""
     supported, n_dof = rotor.supported, DOF_PER_NODE * len(rotor.node_positions)
-    dof = [node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in supported]
-    ports = np.eye(n_dof)[np.concatenate([np.empty(0, dtype=int), *dof])]
+    ports = np.concatenate([np.empty((0, n_dof)), *(_spread(rotor, bearing, n_dof) for bearing in supported)])
     own = [(index, bearing.pedestal) for index, bearing in enumerate(supported) if bearing.pedestal is not None]
     on_ground = [(index, np.moveaxis(each.impedance(harmonic * speed), 0, -1)) for index, each in own]
     felt, housings = condensed(impedance, on_ground)

@@ -20,8 +20,8 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
-from problems.rotor.finite_elements.assembly import node_dof
 from problems.rotor.finite_elements.bearing import Bearing, numbers_of
+from problems.rotor.finite_elements.beside_node import bearing_rows
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.response.banded import DIAGONAL
 
@@ -73,7 +73,8 @@ def links_of(impedances: Sequence[Impedance]) -> tuple[tuple[int, bool], ...]:
 class LinkedBearing:
     """A bearing or seal with all numbers given at n_speed speeds, as the shaft feels it."""
 
-    dof: Indices  # (2,) of the shaft, x and y
+    dof: Indices  # (n,) of the shaft, that move it
+    rows: Array  # (2, n), which read x and y from these
     felt: ComplexArray  # (n_speed, 2, 2) N/m, by the shaft
     # Of a bearing on a pedestal, (n_speed, 2, 2) each; None on the ground: motion of the housing per motion of the shaft, force on the
     # shaft per force on the housing, and motion of the housing per force on it where the shaft is held
@@ -124,10 +125,10 @@ def _linked(
     speed: Array,
     harmonic: float,
 ) -> LinkedBearing:
-    dof = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
+    dof, rows = bearing_rows(rotor, bearing)
     film = bearing.impedance(speed, harmonic) if film is None else film
     if bearing.pedestal is None:
-        return LinkedBearing(dof, film)
+        return LinkedBearing(dof, rows, film)
     pedestal = bearing.pedestal.impedance(harmonic * speed) if pedestal is None else pedestal
     try:
         yielding: ComplexArray = np.asarray(np.linalg.inv(film + pedestal), dtype=complex)
@@ -137,7 +138,7 @@ def _linked(
             " them a stiffness"
         ) from None
     carried, pushed = yielding @ film, film @ yielding
-    return LinkedBearing(dof, film - film @ carried, carried, pushed, yielding)
+    return LinkedBearing(dof, rows, film - film @ carried, carried, pushed, yielding)
 
 
 def condensed(
@@ -164,9 +165,10 @@ def condensed(
 def add_to_band(band: ComplexArray, bearings: Sequence[LinkedBearing]) -> None:
     """Add bearings to a dynamic stiffness (n_speed, n_dof, WIDTH) as `problems.rotor.response.banded` stores it."""
     for bearing in bearings:
+        felt = bearing.rows.T @ bearing.felt @ bearing.rows
         for row, row_dof in enumerate(bearing.dof):
             for column, column_dof in enumerate(bearing.dof):
-                band[:, column_dof, DIAGONAL + row_dof - column_dof] += bearing.felt[:, row, column]
+                band[:, column_dof, DIAGONAL + row_dof - column_dof] += felt[:, row, column]
 
 
 def read_housings(rotor: Rotor, channels: Sequence[Channel], harmonic: float = 1.0) -> list[HousingReading]:
@@ -197,7 +199,7 @@ class LinksOfShaft:
     def port_rows(self) -> Array | ComplexArray:
         """Rows that read the ports, ([n_speed,] n_port, n_dof)."""
         if self.is_on_ground:
-            return np.eye(self.n_dof)[[dof for bearing, _ in self.links for dof in self.bearings[bearing].dof]]
+            return np.concatenate([np.empty((0, self.n_dof)), *(self._unit(bearing) for bearing, _ in self.links)])
         return np.concatenate([self._spread(*link, of_force=False) for link in self.links], axis=1)
 
     def port_forces(self) -> Array | ComplexArray:
@@ -206,9 +208,14 @@ class LinksOfShaft:
             return self.port_rows().T
         return np.concatenate([self._spread(*link, of_force=True) for link in self.links], axis=2)
 
+    def _unit(self, bearing: int) -> Array:
+        """Rows (2, n_dof) that read the shaft at a bearing."""
+        unit = np.zeros((2, self.n_dof))
+        unit[:, self.bearings[bearing].dof] = self.bearings[bearing].rows
+        return unit
+
     def _spread(self, bearing: int, of_pedestal: bool, *, of_force: bool) -> ComplexArray:
-        own = self.bearings[bearing]
-        unit = np.eye(self.n_dof)[own.dof]
+        own, unit = self.bearings[bearing], self._unit(bearing)
         if own.carried is None:
             both = np.broadcast_to(unit.astype(complex), (self.n_speed, *unit.shape))
             return np.swapaxes(both, 1, 2) if of_force else both
@@ -224,7 +231,7 @@ class LinksOfShaft:
         rows = np.tile(of_shaft.astype(complex), (self.n_speed, 1, 1))
         for reading in self.readings:
             bearing = self.bearings[reading.bearing]
-            rows[:, reading.channel, bearing.dof] -= _along(reading, bearing.carried)
+            rows[:, reading.channel, bearing.dof] -= _along(reading, bearing.carried) @ bearing.rows
         return rows
 
     def beside_shaft(self, n_channel: int) -> ComplexArray:

@@ -45,6 +45,13 @@ class EffectOnRotor(Protocol):
     def going(self, direction: str) -> Self: ...
 
 
+class KnownToTolerance(Protocol):
+    """Numbers of a rotor that have a prior (`problems/rotor/inputs/uncertain.py`)."""
+
+    def joint(self, problem: Any) -> Any:
+        """The problem with these as unknowns."""
+
+
 @dataclass(frozen=True, eq=False)
 class RotorProblem(RotorModel, Problem, Rotordynamic):
     """The unbalance response of a rotor at given speeds and channels as a function of its unknowns.
@@ -55,6 +62,7 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
 
     effects: tuple[EffectOnRotor, ...] = ()
     near: ComplexArray | None = None
+    uncertain: KnownToTolerance | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -73,7 +81,16 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         """This rotor with these effects alone; it shares what has been computed of the rotor itself."""
         made = copy.copy(self.plain)
         vars(made).update(effects=tuple(effects), near=near, _plain=self.plain)
+        vars(made).pop("joint", None)  # that of the plain rotor
         len(made.parameters)
+        return made
+
+    @cached_property
+    def joint(self) -> RotorProblem:
+        """With the numbers that are known to a tolerance as unknowns; itself if there are none."""
+        if self.uncertain is None:
+            return self
+        made: RotorProblem = self.uncertain.joint(self)
         return made
 
     def _changed(self, **changes: Any) -> RotorProblem:

@@ -1,0 +1,83 @@
+"""Joint fits of unknowns and of numbers that are known to a tolerance.
+
+A search takes such numbers as stated, which makes its result wrong by many times the error of the noise; from there the maximum of the
+joint likelihood (`ksmea/likelihood/likelihood.py`) is a few steps away. If data see a number far more sharply than it is known, as
+Young's modulus beside sharp resonances, the likelihood has other maxima on the way: fits then start along the direction of these
+numbers that the data see best, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.fits.fitting import BaselineFits, Fit
+from ksmea.inference.cramer_rao import joint_values
+from ksmea.inference.maximisation import best_maxima, maximise, with_best_noise
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.likelihood.fisher import Point, projected
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.numerics.screening import Screened
+
+SHARP = (
+    10.0  # standard deviations of the noise by which data move with one of a number: beyond, one start is not enough
+)
+STARTS = (-2.0, -1.0, 1.0, 2.0)  # further ones, in standard deviations of the numbers
+FIRST_ITERATIONS, BESIDE_ITERATIONS, SURVIVORS = 8, 12, 2
+MOST_STARTS = 3  # of the maxima with numbers as stated
+REACH = 25.0  # of the deviance: fits that end so much higher are left there
+
+
+def joint_maxima(likelihood: Likelihood, starts: Sequence[Array]) -> list[Point]:
+    """Different maxima of a joint likelihood from points (d,) of the unit cube at which numbers are as stated, highest first."""
+    first = maximise(likelihood, likelihood.start(starts[0]), max_iterations=FIRST_ITERATIONS, tolerance=1e-2)
+    further = [likelihood.start(u) for u in starts[1:]]
+    further += [_beside(likelihood, u) for u in _along_sharpest(likelihood, starts[0], first)]
+    if not further:
+        return [with_best_noise(likelihood, maximise(likelihood, first))]
+    found = best_maxima(
+        likelihood, [first.theta, *further], first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS, reach=REACH
+    )
+    return [with_best_noise(likelihood, maximise(likelihood, point)) for point in found[:1]] + found[1:]
+
+
+def _beside(likelihood: Likelihood, u: Array) -> Array:
+    """θ with the numbers as they are in u (d,), and all other unknowns fitted to that."""
+    numbers = likelihood.model.problem.parameters.with_prior
+    return maximise(
+        likelihood, likelihood.start(u), fixed=numbers, max_iterations=BESIDE_ITERATIONS, tolerance=1.0
+    ).theta
+
+
+def _along_sharpest(likelihood: Likelihood, start: Array, point: Point) -> list[Array]:
+    """Further points (d,) along the direction of the numbers that the data see best, if they see it sharply."""
+    parameters = likelihood.model.problem.parameters
+    columns, (value, sd) = parameters.with_prior, parameters.priors
+    others = np.setdiff1d(np.arange(point.whitened.shape[1]), columns)
+    of_data = point.whitened[: len(point.whitened) - len(columns)]
+    seen = projected(of_data[:, columns] * sd, of_data[:, others])
+    _, singular, directions = np.linalg.svd(seen, full_matrices=False)
+    if singular[0] < SHARP:
+        return []
+    found = []
+    for size in STARTS:
+        u = start.copy()
+        u[columns] = np.clip(value + size * sd * directions[0], 0.0, 1.0)
+        found.append(u)
+    return found
+
+
+def joint_baseline(fits: BaselineFits) -> BaselineFits:
+    """Fits of the joint problem from those with numbers as stated; themselves if all numbers are exact."""
+    problem = fits.best.problem
+    if (joint := problem.joint) is problem:
+        return fits
+    likelihood = likelihood_of(fits.best.case.by(joint))
+    x = [fit.x for fit in (fits.best, *fits.others)]
+    starts = [joint.parameters.to_cube(joint_values(problem, joint, each)) for each in x]
+    best, *others = (Fit(likelihood, point) for point in joint_maxima(likelihood, starts[:MOST_STARTS]))
+    screened = fits.screened
+    points = [joint_values(problem, joint, each) for each in problem.parameters.to_si(screened.points)]
+    return BaselineFits(best, tuple(others), Screened(joint.parameters.to_cube(np.array(points)), screened.misfits))

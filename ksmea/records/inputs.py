@@ -1,0 +1,50 @@
+"""Records of numbers that are known to a tolerance: as stated, and as the data leave them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from ksmea.units import OfUnknown, Part, Quantity
+
+Share = Annotated[tuple[str, float], Quantity("name, part of the variance")]
+
+
+@dataclass(frozen=True)
+class InputRecord:
+    """One number. Values are SI; divided by `si_per_unit` they are in `unit`."""
+
+    IN_UNIT: ClassVar = ("stated", "stated_sd", "value", "sd")
+
+    name: str
+    words: str
+    unit: str
+    si_per_unit: float
+    stated: float
+    stated_sd: float
+    value: float  # most likely, by the data and the statement
+    sd: float  # of that
+    pull: float  # (value − stated) / √(stated_sd² − sd²): standard normal where the statement holds
+    is_contradicted: bool  # whether the largest of all pulls is so large where all statements hold in 1 % of cases only
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether the data say anything of it beyond the statement."""
+        return self.sd < SEEN * self.stated_sd
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where the uncertainty of an unknown comes from: standard deviations (SI) by noise and by numbers that are known to a tolerance,
+    and the shares of the variance of those that matter most."""
+
+    sd_noise: OfUnknown
+    sd_inputs: OfUnknown
+    shares: tuple[Share, ...]
+
+    @property
+    def of_inputs(self) -> Part:
+        return self.sd_inputs**2 / (self.sd_noise**2 + self.sd_inputs**2)
+
+
+SEEN = 0.98  # of a stated standard deviation: numbers that are known less well afterwards are not seen by the data

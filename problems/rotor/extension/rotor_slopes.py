@@ -1,0 +1,210 @@
+"""Derivatives of the motion that probes see with unknowns that change the rotor itself, load it otherwise, or move probes.
+
+With D q = f and rows r that read q, dq_seen = dr q + r D⁻¹ (df − dD q): rows r D⁻¹ and motion q of one factorisation serve all unknowns.
+dD is the difference of two rotors' matrices. Of unknowns in which the matrices are linear it is exact, and the same at all values of
+such unknowns, so that it is computed once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.measurement.channel import Channel
+from ksmea.numerics.differences import recent
+from ksmea.problem.load import Load
+from problems.rotor.extension.with_effects import RotorWithEffects
+from problems.rotor.finite_elements.assembly import Matrices, assemble_free
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.loads import force_per_unbalance
+from problems.rotor.response.banded import dynamic_stiffness_band
+from problems.rotor.response.dense import channel_rows
+from problems.rotor.response.links import LinksOfShaft, add_to_band, links_of, on_their_pedestals, read_housings
+
+# Of differences of what effects do, in parts of each unknown's range: (1e-6)² and rounding of 1e-16 / 1e-6 or 1e-12 / 1e-6
+STEP = 1e-6
+MATRIX_STEP = 1e-4  # of matrices of a rotor, of which a number may be a small part
+LINEAR_STEP = 0.01  # where the difference is exact
+PROBE_STEP = 1e-4  # directions of channels have 1e-9 degrees
+MAX_SLOPES = 256  # kept: those of unknowns in which the matrices are linear, by all other values
+NAMES = ("stiffness", "circulatory", "mass", "damping", "gyroscopic")
+
+
+@dataclass(frozen=True, eq=False)
+class WholeShaft:
+    """A rotor with effects at one set of values, by the degrees of freedom of its whole shaft."""
+
+    problem: RotorWithEffects
+    rotor: Rotor
+    channels: tuple[Channel, ...]  # where their probes are
+    impedance: ComplexArray  # (n_impedance, n_speed) N/m
+    unit_loads: tuple[Load, ...] = ()  # beside those of its effects
+
+    @property
+    def speed(self) -> Array:
+        return self.problem.base.speed
+
+    def stiffness(self) -> ComplexArray:
+        """The dynamic stiffness as a band."""
+        band = dynamic_stiffness_band(assemble_free(self.rotor), self.speed)
+        add_to_band(band, self.links.bearings)
+        return band
+
+    @cached_property
+    def links(self) -> LinksOfShaft:
+        bearings = on_their_pedestals(self.rotor, self.problem.impedances, self.impedance, self.speed)
+        readings, n_dof = read_housings(self.rotor, self.channels), 4 * len(self.rotor.node_positions)
+        return LinksOfShaft(bearings, links_of(self.problem.impedances), readings, n_dof, len(self.speed))
+
+    def rows(self) -> Array | ComplexArray:
+        """Rows that read the probes, ([n_speed,] n_channel, n_dof)."""
+        return self.links.reading_rows(channel_rows(self.rotor, self.channels))
+
+    def forces(self) -> ComplexArray:
+        """Nodal forces of all loads, (n_speed, n_dof, n_load)."""
+        further = self.problem.further_forces(self.rotor, self.unit_loads)
+        of_unbalance = force_per_unbalance(self.rotor, self.speed)
+        return of_unbalance if further is None else np.concatenate([of_unbalance, further], axis=2)
+
+    def force_of_bearings(self, motion: ComplexArray) -> ComplexArray:
+        """Forces that hold bearings and seals against a motion (n_speed, n_dof, n_column)."""
+        total = np.zeros_like(motion)
+        for bearing in self.links.bearings:
+            total[:, bearing.dof] += bearing.rows.T @ (bearing.felt @ (bearing.rows @ motion[:, bearing.dof]))
+        return total
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixSlope:
+    """∂/∂x of the matrices of the free rotor, where they are not 0: on these degrees of freedom."""
+
+    dof: Indices
+    matrices: Mapping[str, Array]  # (n, n), per SI unit
+    hysteresis: tuple[Array, Array] | None
+
+    @classmethod
+    def between(cls, below: Rotor, above: Rotor, width: float) -> MatrixSlope:
+        first, second = (assemble_free.__wrapped__(rotor) for rotor in (below, above))
+        parts = {name: (getattr(second, name) - getattr(first, name)) / width for name in NAMES}
+        parts = {name: part for name, part in parts.items() if np.any(part)}
+        hysteresis = _difference(first, second, width)
+        whole = [*parts.values(), *(hysteresis or ())]
+        touched = (
+            np.flatnonzero(np.any([np.any(part, axis=0) for part in whole], axis=0)) if whole else np.empty(0, int)
+        )
+        place = np.ix_(touched, touched)
+        cut = None if hysteresis is None else (hysteresis[0][place], hysteresis[1][place])
+        return cls(touched, {name: part[place] for name, part in parts.items()}, cut)
+
+    def times(self, speed: Array, motion: ComplexArray) -> ComplexArray:
+        """∂D/∂x q at these degrees of freedom, of motions (n_speed, n_dof, n_column)."""
+        own, omega = motion[:, self.dof], speed[:, None, None]
+        factors = {
+            "stiffness": np.ones_like(omega),
+            "circulatory": omega,
+            "mass": -(omega**2),
+            "damping": 1j * omega,
+            "gyroscopic": 1j * omega**2,
+        }
+        total = np.zeros_like(own)
+        for name, matrix in self.matrices.items():
+            total += factors[name] * (matrix @ own)
+        if self.hysteresis is not None:
+            total += (self.hysteresis[0] + 1j * self.hysteresis[1]) @ own
+        return total
+
+
+def _difference(first: Matrices, second: Matrices, width: float) -> tuple[Array, Array] | None:
+    before, after = first.hysteresis(1.0), second.hysteresis(1.0)
+    if before is None or after is None:
+        return None
+    return (after[0] - before[0]) / width, (after[1] - before[1]) / width
+
+
+def seen_changes(
+    shaft: WholeShaft, x: Array, motion: ComplexArray, rows: ComplexArray, weights: ComplexArray
+) -> dict[int, ComplexArray]:
+    """∂(seen motion)/∂x (n_seen, n_column, n_speed) by each costly unknown of a shaft at x (d,) SI, from its motion
+    (n_speed, n_dof, n_column) and the rows times D⁻¹ (n_speed, n_seen, n_dof)."""
+    problem = shaft.problem
+    speed, (n_speed, n_dof, n_column) = problem.base.speed, motion.shape
+    push = np.zeros((n_speed, n_dof, len(problem.costly), n_column), dtype=complex)
+    read = {}
+    for place, unknown in enumerate(map(int, problem.costly)):
+        if problem.of_probes[unknown]:
+            read[place] = _read_change(shaft, x, unknown, motion)
+            continue
+        slope = _slope(problem, x, unknown)
+        push[:, slope.dof, place] -= slope.times(speed, motion)
+        if not problem.linear[unknown] or problem.loads_follow_rotor:
+            below, above, width = _ends(shaft, x, unknown, MATRIX_STEP)
+            push[:, :, place] -= (above.force_of_bearings(motion) - below.force_of_bearings(motion)) / width
+            push[:, :, place] += (above.forces() - below.forces()) @ weights / width
+            read[place] = (above.rows() - below.rows()) @ motion / width
+    seen = (rows @ push.reshape(n_speed, n_dof, -1)).reshape(n_speed, -1, len(problem.costly), n_column)
+    for place, change in read.items():
+        seen[:, :, place] += change
+    return {int(unknown): seen[:, :, place].transpose(1, 2, 0) for place, unknown in enumerate(problem.costly)}
+
+
+def _read_change(shaft: WholeShaft, x: Array, unknown: int, motion: ComplexArray) -> ComplexArray:
+    """∂(seen motion)/∂x (n_speed, n_seen, n_column) by an unknown that moves probes alone."""
+    problem = shaft.problem
+    if problem.base.rotor.housing_probes:
+        below, above, width = _ends(shaft, x, unknown, PROBE_STEP)
+        return np.asarray((above.rows() - below.rows()) @ motion / width)
+    ends = _points(problem, x, unknown, PROBE_STEP)
+    first, second = (problem.channels_with(end[problem.costly]) for end in ends)
+    found = np.zeros((len(motion), len(first), motion.shape[2]), dtype=complex)
+    moved = [index for index, each in enumerate(first) if each != second[index]]
+    if moved:
+        lower, upper = (channel_rows(shaft.rotor, [channels[index] for index in moved]) for channels in (first, second))
+        found[:, moved] = (upper - lower) @ motion / (ends[1][unknown] - ends[0][unknown])
+    return found
+
+
+def _slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
+    """∂/∂x of the matrices with one unknown; what depends on no other value that has changed is known already."""
+    others = np.where(problem.of_probes, 0.0, x)[problem.costly]
+    if problem.linear[unknown]:
+        others[problem.linear[problem.costly]] = 0.0
+    key: Hashable = (unknown, tuple(others))
+    return recent(problem.slopes, key, lambda: _new_slope(problem, x, unknown), MAX_SLOPES)
+
+
+def _new_slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
+    step = LINEAR_STEP if problem.linear[unknown] else MATRIX_STEP
+    below, above = _points(problem, x, unknown, step)
+    rotors = problem.rotor_with(below), problem.rotor_with(above)
+    return MatrixSlope.between(*rotors, float(above[unknown] - below[unknown]))
+
+
+def _points(problem: RotorWithEffects, x: Array, unknown: int, step: float) -> tuple[Array, Array]:
+    """x with one unknown on both sides of its value, within its limits."""
+    parameter = problem.parameters.items[unknown]
+    by = step * (parameter.upper - parameter.lower)
+    below, above = x.copy(), x.copy()
+    below[unknown] = max(x[unknown] - by, parameter.lower)
+    above[unknown] = min(x[unknown] + by, parameter.upper)
+    return below, above
+
+
+def _ends(shaft: WholeShaft, x: Array, unknown: int, step: float) -> tuple[WholeShaft, WholeShaft, float]:
+    """The shaft on both sides of an unknown's value, and their distance."""
+    problem = shaft.problem
+    below, above = _points(problem, x, unknown, step)
+    first, second = (
+        WholeShaft(
+            problem,
+            problem.rotor_with(end),
+            problem.channels_with(end[problem.costly]),
+            shaft.impedance,
+            shaft.unit_loads,
+        )
+        for end in (below, above)
+    )
+    return first, second, float(above[unknown] - below[unknown])

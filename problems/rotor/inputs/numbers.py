@@ -1,0 +1,128 @@
+"""Numbers of a rotor and of its probes as unknowns: Young's modulus of a material, the mass of a disk, the position of a probe.
+
+Each is a `Parameter` with what it sets. With a prior it is known to a tolerance (`problems/rotor/inputs/uncertain.py`); with limits
+alone it is unknown. `RotorNumbers` are the hooks by which a rotor has them beside its effects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
+from ksmea.measurement.channel import Channel, direction_at
+from ksmea.problem.parameters import Parameter
+from ksmea.units import DEGREE
+from problems.rotor.extension.extended import ExtendedPhysics
+from problems.rotor.extension.hooks import RotorHooks
+from problems.rotor.finite_elements.data import SAME_PLACE, HousingProbe, Rotor
+from problems.rotor.inputs.places import Place, with_changes
+from problems.rotor.response.problem import RotorProblem
+
+READINGS = ("position", "direction", "gain")
+
+
+@dataclass(frozen=True)
+class RotorNumber:
+    """A number of the rotor, its value in the rotor file (SI) and its places. `is_linear`: the matrices of the rotor are linear in it,
+    whatever other numbers that are linear are."""
+
+    parameter: Parameter
+    stated: float
+    places: tuple[Place, ...]
+    is_linear: bool = False
+
+
+@dataclass(frozen=True)
+class ProbeNumber:
+    """The `position` (m), the `direction` (rad from x towards y) or the `gain` of probes at a position, of one direction or of all, and
+    its value in the rotor file (SI). Several gains of one probe multiply."""
+
+    parameter: Parameter
+    stated: float
+    reading: str
+    position: float  # m
+    direction: str | None = None  # None: all
+
+    def reads(self, channel: Channel) -> bool:
+        return abs(channel.position - self.position) <= SAME_PLACE and self.direction in (None, channel.direction)
+
+
+@dataclass(frozen=True)
+class RotorNumbers(RotorHooks):
+    """Numbers as the unknowns of a rotor, first those of the rotor, then those of its probes."""
+
+    numbers: tuple[RotorNumber, ...] = ()
+    probes: tuple[ProbeNumber, ...] = ()
+    name: str = "numbers of the rotor"  # apart from that of others on the same rotor
+
+    stage = 3  # a gain acts on whatever a probe sees
+
+    def __str__(self) -> str:
+        return self.name
+
+    def physics(
+        self, plain: RotorProblem, effects: tuple[Any, ...], near: ComplexArray | None = None
+    ) -> ExtendedPhysics:
+        return ExtendedPhysics(plain, effects, near)
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (*(item.parameter for item in self.numbers), *(item.parameter for item in self.probes))
+
+    def costly(self, n_unknown: int) -> Indices:
+        """All but gains."""
+        return np.array([*range(len(self.numbers)), *(index for index, _ in self._moving)], dtype=int)
+
+    def of_probes(self, n_unknown: int) -> Mask:
+        return np.arange(n_unknown) >= len(self.numbers)
+
+    def linear(self, n_unknown: int) -> Mask:
+        return np.array([number.is_linear for number in self.numbers] + [False] * len(self.probes), dtype=bool)
+
+    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
+        changes = [
+            (place, float(value) - number.stated)
+            for number, value in zip(self.numbers, theta)
+            for place in number.places
+        ]
+        changed = with_changes(rotor, changes)
+        if not changed.housing_probes or not self._moving:
+            return changed
+        return replace(changed, housing_probes=tuple(self._carried(probe, theta) for probe in changed.housing_probes))
+
+    def _carried(self, probe: HousingProbe, theta: Array) -> HousingProbe:
+        """A probe on a housing where it is now."""
+        named = [Channel(probe.position, probe.direction or "x")]
+        [seen] = self.moved(named, named, theta)
+        return replace(probe, position=seen.position, direction=probe.direction and seen.direction)
+
+    @property
+    def _moving(self) -> list[tuple[int, ProbeNumber]]:
+        """Probe numbers but gains, with their index among the unknowns."""
+        own = enumerate(self.probes, start=len(self.numbers))
+        return [(index, probe) for index, probe in own if probe.reading != "gain"]
+
+    def moved(self, looking: Sequence[Channel], channels: Sequence[Channel], theta: Array) -> tuple[Channel, ...]:
+        found = list(looking)
+        for index, number in self._moving:
+            change = float(theta[index]) - number.stated
+            for place, channel in enumerate(channels):
+                if not number.reads(channel):
+                    continue
+                if number.reading == "position":
+                    found[place] = replace(found[place], position=found[place].position + change)
+                elif change:
+                    turned = direction_at(found[place].angle + change / DEGREE)
+                    found[place] = replace(found[place], direction=turned)
+        return tuple(found)
+
+    def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
+        start = len(self.numbers)
+        gain = np.ones((len(theta), len(channels)))
+        for column, number in zip(theta[:, start:].T, self.probes):
+            if number.reading == "gain":
+                gain[:, [number.reads(channel) for channel in channels]] *= column[:, None]
+        return response * gain[:, None]

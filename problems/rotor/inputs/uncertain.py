@@ -1,0 +1,76 @@
+"""Numbers of a rotor that are known to a tolerance, and the rotor with them as unknowns that have a prior.
+
+A search of the unknowns takes them as stated; what follows it, a joint fit with its intervals, takes them as unknowns too
+(`ksmea/problem/problem.py`, `joint`). Coefficients of bearings and unbalance join the rotor's own unknowns, which cost no more; all
+others are `RotorNumbers`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from problems.rotor.finite_elements.segments import Material
+from problems.rotor.inputs.numbers import ProbeNumber, RotorNumber, RotorNumbers
+from problems.rotor.inputs.places import Place
+from problems.rotor.inputs.tolerances import NONE, Tolerances, probe_numbers, rotor_numbers
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import Unknown
+
+
+@dataclass(frozen=True)
+class UncertainNumbers:
+    """Numbers with a tolerance of their own, `tolerances` of all others, and places of the rotor that are exact though."""
+
+    unknowns: tuple[Unknown, ...] = ()  # of bearings, supports and unbalance
+    numbers: tuple[RotorNumber, ...] = ()
+    probes: tuple[ProbeNumber, ...] = ()
+    tolerances: Tolerances = NONE
+    exact: frozenset[Place] = frozenset()
+    exact_probes: tuple[tuple[str, float, str | None], ...] = ()  # reading, position, direction
+    materials: Mapping[str, Material] = field(default_factory=dict)
+
+    @property
+    def are_there(self) -> bool:
+        return bool(self.unknowns or self.numbers or self.probes) or self.tolerances != NONE
+
+    def joint(self, problem: RotorProblem) -> RotorProblem:
+        """A problem with all these numbers as unknowns, behind its own; itself if there are none."""
+        plain = problem.plain
+        known = {place.path for number in self.numbers for place in number.places} | {each.path for each in self.exact}
+        numbers = [*self.numbers]
+        for number in rotor_numbers(plain.rotor, self.tolerances, self._materials(plain)):
+            places = tuple(place for place in number.places if place.path not in known)
+            if places:
+                numbers.append(dataclasses.replace(number, places=places))
+        seen = [probe for probe in self.probes if any(probe.reads(channel) for channel in plain.channels)]
+        stated = {(probe.reading, probe.position, probe.direction) for probe in self.probes} | set(self.exact_probes)
+        seen += [
+            probe
+            for probe in probe_numbers(plain.channels, self.tolerances)
+            if (probe.reading, probe.position, probe.direction) not in stated
+        ]
+        unknowns = _without_known(self.unknowns, plain.unknowns)
+        if not (unknowns or numbers or seen):
+            return dataclasses.replace(plain, uncertain=None).with_effects(problem.effects, problem.near)
+        made = dataclasses.replace(plain, unknowns=(*plain.unknowns, *unknowns), uncertain=None)
+        own = (RotorNumbers(tuple(numbers), tuple(seen), "numbers known to a tolerance"),) if numbers or seen else ()
+        return made.with_effects((*own, *problem.effects), problem.near)
+
+    def _materials(self, problem: RotorProblem) -> Mapping[str, Material]:
+        """Materials by name; without names in the order in which the shaft has them."""
+        if self.materials:
+            return self.materials
+        found: dict[Material, None] = {}
+        for segment in problem.rotor.segments:
+            layers = [layer.material for layer in segment.layers]
+            own = [getattr(segment, "material", None), *layers]
+            found |= dict.fromkeys(material for material in own if material is not None)
+        return {f"material_{number}": material for number, material in enumerate(found, start=1)}
+
+
+def _without_known(unknowns: Sequence[Unknown], own: Sequence[Unknown]) -> list[Unknown]:
+    """Those that no unknown of the rotor itself sets already."""
+    taken = {target for item in own for target in item.targets}
+    return [item for item in unknowns if not taken.intersection(item.targets)]
