@@ -67,7 +67,7 @@ def test_it_is_the_slope_of_the_response(problem):
         response, found = problem.linearised(x)
         expected = fourth_order(problem, x)
         [alone] = problem.response(x[None])
-        rounding = 3e-12 * np.abs(alone).max() / (step_of(problem) * problem.parameters.width)
+        rounding = 1e-11 * np.abs(alone).max() / (step_of(problem) * problem.parameters.width)
         error = np.abs(found - expected).max(axis=(0, 1)) / (np.abs(expected).max(axis=(0, 1)) + rounding / 2e-6)
         assert error.max() < 2e-6, problem.parameters.names[int(np.argmax(error))]
         assert np.abs(response - alone).max() < 1e-9 * np.abs(alone).max()  # by another elimination
