@@ -18,8 +18,8 @@ from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.response.problem import RotorProblem
 
-LARGEST = 0.05  # of the shaft's length, to either side
-NOTICED = (0.003, 0.03)  # of the shaft's length, to either side, are drawn
+LARGEST = 0.02  # of the shaft's length, to either side
+NOTICED = (0.002, 0.015)  # of the shaft's length, to either side, are drawn
 
 
 @dataclass(frozen=True)

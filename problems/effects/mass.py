@@ -8,7 +8,7 @@ blades, couplings and winding that a drawing leaves out (Friswell, Penny, Garvey
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -17,6 +17,8 @@ from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.segments import CouplingSegment, Disk, Material, Segment
+from problems.rotor.inputs.numbers import are_known_to_tolerance
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.2
 NOTICED = (0.003, 0.1)  # of either sign, are drawn
@@ -36,6 +38,11 @@ class Mass(RotorEffect):
         "speed_dependent_stiffness": "both move the peaks; several critical speeds, or weigh the rotor",
         "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
     }
+
+    def locations(self, problem: RotorProblem) -> Sequence[Mass]:
+        """The whole rotor; nowhere if each mass and the density are known by themselves: one of these then is wrong, not all alike."""
+        each_by_itself = all(are_known_to_tolerance(problem, field) for field in ("density", "mass"))
+        return [] if each_by_itself else [self]
 
     sizes = (Size("mass_change", "%", LARGEST, drawn=NOTICED),)
 

@@ -21,6 +21,7 @@ from problems.rotor.extension.with_effects import RotorWithEffects
 from problems.rotor.finite_elements.assembly import Matrices, assemble_free
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.response.banded import dynamic_stiffness_band
 from problems.rotor.response.dense import channel_rows
 from problems.rotor.response.links import LinksOfShaft, add_to_band, links_of, on_their_pedestals, read_housings
@@ -30,7 +31,8 @@ STEP = 1e-6
 MATRIX_STEP = 1e-4  # of matrices of a rotor, of which a number may be a small part
 LINEAR_STEP = 0.01  # where the difference is exact
 PROBE_STEP = 1e-4  # directions of channels have 1e-9 degrees
-MAX_SLOPES = 256  # kept: those of unknowns in which the matrices are linear, by all other values
+# Kept: those of unknowns in which the matrices are linear, by all other values; so many, and so many numbers in all
+FEWEST_SLOPES, MAX_SLOPE_NUMBERS = 64, 2**22
 NAMES = ("stiffness", "circulatory", "mass", "damping", "gyroscopic")
 
 
@@ -57,7 +59,10 @@ class WholeShaft:
     @cached_property
     def links(self) -> LinksOfShaft:
         bearings = on_their_pedestals(self.rotor, self.problem.impedances, self.impedance, self.speed)
-        readings, n_dof = read_housings(self.rotor, self.channels), 4 * len(self.rotor.node_positions)
+        readings, n_dof = (
+            read_housings(self.rotor, self.channels),
+            DOF_PER_NODE * len(self.rotor.node_positions),
+        )
         return LinksOfShaft(bearings, links_of(self.problem.impedances), readings, n_dof, len(self.speed))
 
     def rows(self) -> Array | ComplexArray:
@@ -172,8 +177,12 @@ def _slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
     others = np.where(problem.of_probes, 0.0, x)[problem.costly]
     if problem.linear[unknown]:
         others[problem.linear[problem.costly]] = 0.0
-    key: Hashable = (unknown, tuple(others))
-    return recent(problem.slopes, key, lambda: _new_slope(problem, x, unknown), MAX_SLOPES)
+    place = int(np.searchsorted(problem.costly, unknown))
+    key: Hashable = (problem.changing_rotor, place, others.tobytes())
+    kept = problem.base.slopes_beside_effects
+    n_dof = DOF_PER_NODE * len(problem.base.rotor.node_positions)
+    most = max(FEWEST_SLOPES, MAX_SLOPE_NUMBERS // n_dof**2)
+    return recent(kept, key, lambda: _new_slope(problem, x, unknown), most)
 
 
 def _new_slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:

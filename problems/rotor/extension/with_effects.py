@@ -11,7 +11,6 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -95,9 +94,9 @@ class RotorWithEffects:
         return any(effect.has_loads for effect in self.effects)
 
     @cached_property
-    def slopes(self) -> OrderedDict[Hashable, Any]:
-        """Derivatives of the rotor's matrices that are kept (`problems/rotor/extension/rotor_slopes.py`)."""
-        return OrderedDict()
+    def changing_rotor(self) -> tuple[RotorHooks, ...]:
+        """The effects whose unknowns change the rotor or move its probes."""
+        return tuple(effect for effect, own in zip(self.effects, self._costly) if len(own))
 
     def rotor_with(self, x: Array) -> Rotor:
         """The rotor as effects change it at values (d,) SI; its bearings and unbalance are nominal."""

@@ -51,6 +51,17 @@ class ProbeNumber:
         return abs(channel.position - self.position) <= SAME_PLACE and self.direction in (None, channel.direction)
 
 
+def are_known_to_tolerance(problem: RotorProblem, field: str) -> bool:
+    """Whether numbers of this name, such as 'mass', have a prior in a joint problem."""
+    return any(
+        number.parameter.prior is not None and place.path[-1] == field
+        for effect in problem.effects
+        if isinstance(effect, RotorNumbers)
+        for number in effect.numbers
+        for place in number.places
+    )
+
+
 @dataclass(frozen=True)
 class RotorNumbers(RotorHooks):
     """Numbers as the unknowns of a rotor, first those of the rotor, then those of its probes."""

@@ -63,7 +63,8 @@ def rotor_numbers(rotor: Rotor, tolerances: Tolerances, materials: Mapping[str, 
             places = material_places(rotor, material, field)
             if sd and places:
                 words = f"{'Young’s modulus' if field == 'young_modulus' else field} of {name}"
-                parameter = known_to(f"{name}_{field}", words, unit, Prior(getattr(material, field), sd), above=0.0)
+                key = f"{name}_{'youngs_modulus' if field == 'young_modulus' else field}"
+                parameter = known_to(key, words, unit, Prior(getattr(material, field), sd), above=0.0)
                 yield RotorNumber(parameter, getattr(material, field), places, is_linear=True)
     for number, disk in enumerate(rotor.disks, start=1):
         yield from _of_disk(number, disk, tolerances)

@@ -9,6 +9,7 @@ from collections import OrderedDict
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -89,6 +90,11 @@ class RotorModel:
     @cached_property
     def _loaded_reductions(self) -> dict[tuple[Load, ...], Reduction]:
         return {}
+
+    @cached_property
+    def slopes_beside_effects(self) -> OrderedDict[Hashable, Any]:
+        """Derivatives of the rotor's matrices with unknowns of effects (`problems/rotor/extension/rotor_slopes.py`), kept."""
+        return OrderedDict()
 
     @cached_property
     def reductions_beside_effects(self) -> OrderedDict[Hashable, Reduction]:

@@ -1,0 +1,149 @@
+"""Numbers of a rotor as unknowns: the rotor that they make, against rotors made otherwise, and the slopes of its response."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from ksmea.numerics.differences import central_differences
+from ksmea.plugins import registry
+from ksmea.problem.load import Load
+from ksmea.problem.problem import Problem
+from problems.rotor_file import RotorFile
+from tolerant_pump import EXACT, PUMP, UNCERTAIN, pump, true_values
+
+
+def rotor_file(folder, name, **changed):
+    path = folder / f"{name}.yaml"
+    path.write_text(PUMP.format(**EXACT | changed))
+    return RotorFile(str(path)).build()
+
+
+@pytest.mark.parametrize(
+    ("name", "sizes", "written"),
+    [
+        ("steel_youngs_modulus", 1.5, {"modulus": 205 + 1.5 * 4.1}),
+        ("steel_density", -2, {"density": 7690}),
+        ("segment_2_outer_diameter", 3, {"diameter": 0.0576}),
+        ("disk_2_mass", 2, {"mass": 9.18}),
+        ("bearing_1_kxy", 1, {"cross": 0.7}),
+        ("probe_position_at_0_16_m", 2, {"probe": 0.168}),
+        ("direction_y_at_0_16_m", -1, {"direction": 88}),
+    ],
+)
+def test_a_number_that_is_off_is_a_file_that_says_so(tmp_path, name, sizes, written):
+    settings = pump(tmp_path, **UNCERTAIN)
+    problem, x = settings.build().joint, true_values(settings, **{name: sizes})
+    other = rotor_file(tmp_path, "other", **written)
+    own = np.array([settings.reference()[each] for each in other.parameters.names])
+    expected = other.response(own[None])[0]
+    # 1e-9: a diameter in the file is rounded to 1e-12 m, and two routes of elimination
+    assert np.abs(problem.response(x[None])[0] - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_a_gain_multiplies_what_its_probe_reads(tmp_path):
+    settings = pump(tmp_path, gain="{value: 1, sd: 2 %}")
+    problem = settings.build().joint
+    as_stated, off = (
+        problem.response(true_values(settings, **each)[None])[0] for each in ({}, {"gain_x_at_0_16_m": 3})
+    )
+    assert np.allclose(off[:, 0], 1.06 * as_stated[:, 0], rtol=1e-12, atol=0)
+    assert np.array_equal(off[:, 1:], as_stated[:, 1:])
+
+
+@pytest.mark.parametrize("moved", ["disk", "bearing"])
+def test_what_moves_beside_its_node_is_there(tmp_path, moved):
+    """Against a rotor whose mesh has a node at the new place: a uniform shaft, of which the place of a node changes nothing else."""
+
+    def shaft(disk, bearing, elements=None):
+        marks = [0.0, bearing["node"], disk["node"], 0.7]
+        pieces = [
+            f"  - {{length: {right - left:.12g}, outer_diameter: 0.045, material: steel, elements: {round(100 * (right - left))}}}"
+            for left, right in itertools.pairwise(marks)
+        ]
+        text = PUMP.format(**EXACT)
+        head, rest = text.split("shaft:\n")[0], text[text.index("speeds:") :]
+        body = "\n".join(
+            [
+                "shaft:",
+                *pieces,
+                "disks:",
+                f"  - {{position: {disk['text']}, mass: 9, polar_inertia: 0.06, diametral_inertia: 0.033}}",
+                "bearings:",
+                f"  - {{position: {bearing['text']}}}",
+                "  - {position: 0.7}",
+                "unbalance:",
+                "  - {position: 0.33, phase: 0}",
+                "",
+            ]
+        )
+        path = tmp_path / f"{moved}{len(list(tmp_path.iterdir()))}.yaml"
+        path.write_text(head + body + rest)
+        return RotorFile(str(path))
+
+    at = {"disk": 0.25, "bearing": 0.1}
+    step = 0.004
+    sd = {name: f"{{value: {value}, sd: {step}}}" for name, value in at.items()}
+    there = {name: {"node": value, "text": value} for name, value in at.items()}
+    known = shaft(**there | {moved: {"node": at[moved], "text": sd[moved]}})
+    new = at[moved] + step
+    other = shaft(**there | {moved: {"node": new, "text": new}}).build()
+    off = {f"{moved}_1_position": 1}
+    own = np.array([known.reference()[name] for name in other.parameters.names])
+    expected, still = other.response(own[None])[0], known.build().response(own[None])[0]
+    found = known.build().joint.response(true_values(known, **off)[None])[0]
+    change = np.abs(expected - still).max()
+    assert change > 1e-3 * np.abs(expected).max()  # it matters
+    # 5 % of the change: inside an element of 10 mm a force misses ab/(κGAl) = 2e-11 m/N of the flexibility in shear, 2e-4 of the whole
+    assert np.abs(found - expected).max() < 0.05 * change
+
+
+EFFECTS = (None, "runout", "youngs_modulus", "flexible_pedestal", "probe_position", "annular_seal", "disk_position",
+           "residual_bow", "bearing_position", "added_mass", "external_damping")  # fmt: skip
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_slopes_are_those_of_the_response(tmp_path, effect):
+    """By central differences; responses to loads too, and the dense route beside."""
+    problem = pump(tmp_path, **UNCERTAIN).build().joint
+    if effect is not None:
+        problem = registry.create("effect", effect, {}).locations(problem)[0].added_to(problem)
+    parameters = problem.parameters
+    x = parameters.to_si(np.random.default_rng(1).uniform(0.4, 0.6, len(parameters)))
+    response, slope = problem.linearised(x)
+    assert np.abs(response - problem.dense_response(x[None])[0]).max() < 1e-9 * np.abs(response).max()
+    steps = np.where([item.is_input for item in parameters], 1e-3, 1e-5) * parameters.width
+    around = central_differences(x, steps, parameters.lower, parameters.upper)
+    expected = around.derivative(problem.response(around.points))
+    # 1e-4 of the largest slope of an unknown, and rounding of 1e-11 of the response: third derivatives times the step squared
+    allowed = 1e-4 * np.abs(expected).max(axis=(0, 1)) + 1e-11 * np.abs(response).max() / steps
+    assert np.all(np.abs(slope - expected).max(axis=(0, 1)) < allowed)
+    loads = (Load(0.85, "x", "force"), Load(0.12, "y", "force"))
+    columns, change = problem.linearised_per_load(x, loads)
+    by_differences = Problem.linearised_per_load(problem, x, loads)
+    assert np.abs(columns - by_differences[0]).max() < 1e-8 * np.abs(columns).max()
+    largest = np.abs(change).max(axis=(0, 1, 2))
+    assert np.all(np.abs(change - by_differences[1]).max(axis=(0, 1, 2)) < 2e-3 * largest + 1e-7 * largest.max())
+
+
+def test_a_housing_probe_moves_with_its_housing(tmp_path):
+    text = PUMP.format(**EXACT | UNCERTAIN).replace("{position: 0.55}", "{position: 0.55, support: {kxx: 90, kyy: 60}}")
+    text = text.replace(
+        "  - {position: 0.51, direction: x}",
+        "  - {position: {value: 0.51, sd: 0.003}, direction: x, relative_to: bearing 2}",
+    )
+    text = text.replace(
+        "  - {position: 0.51, direction: y}",
+        "  - {position: {value: 0.51, sd: 0.003}, direction: y, relative_to: bearing 2}",
+    )
+    (tmp_path / "housing.yaml").write_text(text)
+    settings = RotorFile(str(tmp_path / "housing.yaml"))
+    problem = settings.build().joint
+    x = true_values(settings, probe_position_at_0_51_m=2, direction_y_at_0_16_m=1)
+    moved = dataclasses.replace(settings.build().plain.rotor)
+    assert problem.physics.rotor_with(x).housing_probes[0].position == pytest.approx(0.516)
+    assert moved.housing_probes[0].position == 0.51
+    response, _ = problem.linearised(x)
+    for other in (problem.response(x[None])[0], problem.dense_response(x[None])[0]):
+        assert np.abs(response - other).max() < 1e-9 * np.abs(response).max()
