@@ -258,7 +258,7 @@ def diagnose(
     case = _case(problem, measurement)
     options = DiagnosisOptions(**settings)
     shared = _workers(workers)
-    chosen, left_out = library(effects, without, case.measurement)
+    chosen, left_out = library(effects, without, case.measurement, case.problem)
     report = Report(left_out)
     record = diagnosis(case, chosen, _generator(rng), options=options, report=report, workers=shared)
     return DiagnosisResult(record, extended_yaml(problem.name, _own(problem), record, about_extension(record)))

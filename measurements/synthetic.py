@@ -37,6 +37,7 @@ from ksmea.problem.problem import Problem
 from ksmea.records.hidden import HiddenEffect, TrueValue
 from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE, RPM
+from measurements.drawn_numbers import NUMBERS, with_drawn_numbers
 from measurements.hidden_size import drawn_size, size_of_drop
 
 ROUTES = ("reduced", "dense")
@@ -84,6 +85,7 @@ class Synthetic(MeasurementSource):
         "how the data are computed: reduced, as the problem does it, or dense, a solve with the whole rotor at each speed",
         choices=ROUTES,
     )
+    numbers: str = setting("stated", "numbers known to a tolerance: as stated, or drawn from it", choices=NUMBERS)
     truth: dict[str, float] = setting(
         {}, "true values in the units of the problem's parameters; a name left out: the published one"
     )
@@ -211,8 +213,10 @@ class Synthetic(MeasurementSource):
         problem = self._as_measured(self._source(settings).build())
         own = np.array([truth[name] for name in problem.parameters.names])
         problem, theta = _with(problem, self._hide(settings, truth, hidden))
-        x = np.concatenate([own, theta])[None]
-        return problem.response(x)[0] if self.route == "reduced" else problem.dense_response(x)[0]
+        x = np.concatenate([own, theta])
+        if self.numbers == "drawn":
+            problem, x = with_drawn_numbers(problem, x, hidden)
+        return problem.response(x[None])[0] if self.route == "reduced" else problem.dense_response(x[None])[0]
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
         """What data drawn by `hidden` hide: name, location, and values in their units."""

@@ -6,7 +6,7 @@ docs/examples/rotor.yaml is such a file with remarks on every key, docs/examples
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from problems.rotor_document.description import RotorDescription, read_descripti
 from problems.rotor_document.tables import RotorSheets
 from problems.rotor_settings import MAX_ELEMENTS
 
+TOLERANCES = ("typical", "none")
 OF_OTHERS = (".toml", ".json")  # names of models of other programs
 
 
@@ -38,6 +39,13 @@ class RotorFile(ProblemSettings):
         "number of shaft elements in all, shared by length over the file's segments; null: as the file says",
         at_least=1,
         at_most=MAX_ELEMENTS,
+    )
+
+    tolerances: str = setting(
+        "",
+        "of numbers that the file states without: typical (docs/tolerances.md), or none, also of those that it states; empty: as the file"
+        " says",
+        choices=("", *TOLERANCES),
     )
 
     def check(self) -> None:
@@ -80,7 +88,10 @@ class RotorFile(ProblemSettings):
     @cached_property
     def _description(self) -> RotorDescription:
         document = self._document
-        return read_description(document, self.mesh, RotorSheets(Path(self.file).parent))
+        if self.tolerances == "typical" and "tolerances" not in document.values:
+            document = replace(document, values={**document.values, "tolerances": self.tolerances})
+        found = read_description(document, self.mesh, RotorSheets(Path(self.file).parent))
+        return replace(found, problem=found.problem.as_stated) if self.tolerances == "none" else found
 
 
 def _hash(content: bytes) -> str:

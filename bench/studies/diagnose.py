@@ -65,7 +65,7 @@ class Diagnose(DiagnosisOptions, Study):
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         started = cpu_seconds()
         case = Case(setup.problem, setup.measure(draw))
-        effects, left_out = library(self.effects, self.without, case.measurement)
+        effects, left_out = library(self.effects, self.without, case.measurement, case.problem)
         details = not setup.truth  # made data are not misread
         report = Report(left_out, tuple(setup.source.remarks), details=details, fine=draw.with_curves)
         n_candidate = len(candidates(setup.problem, effects))

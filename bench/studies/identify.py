@@ -29,7 +29,7 @@ from ksmea.records.record import Record, finite
 from ksmea.records.trace import TraceRecord
 from ksmea.settings.settings import Settings, own_fields, setting
 from ksmea.studies.enough_data import require_enough
-from ksmea.studies.identify import INTERVALS, IdentificationOptions, identification
+from ksmea.studies.identify import INPUTS, INTERVALS, IdentificationOptions, identification
 
 IN_DETAIL = "identify_in_detail"  # name of the study with details
 
@@ -63,6 +63,12 @@ class Identify(Study):
         " all places and of all kinds that explain the data (docs/location.md)",
     )
 
+    inputs: str = setting(
+        "joint",
+        "numbers of the model that are known to a tolerance: joint, fitted along in the last step, which intervals allow for; or"
+        " stated, taken as exact",
+        choices=INPUTS,
+    )
     budget: int | None = setting(
         None,
         "true-model evaluations at most, of any method, its own settings apart; null: what the method asks for. A run that asks"
@@ -127,7 +133,8 @@ class Identify(Study):
 
     def options(self, setup: Setup, draw: Draw) -> IdentificationOptions:
         crlb, within = self.details or not setup.truth, (self.budget, self.jacobian_cost)
-        return IdentificationOptions(self.intervals, self.level, crlb, draw.with_curves, self.details, *within)
+        made = IdentificationOptions(self.intervals, self.level, crlb, draw.with_curves, self.details, *within)
+        return dataclasses.replace(made, inputs=self.inputs)
 
 
 def streams_of(draw: Draw) -> Streams:

@@ -50,6 +50,10 @@ class Effect(Settings, Generic[Seen]):
         """This effect at each location of the problem where it may sit; empty where it cannot be. Left out: as it is."""
         return (self,)
 
+    def is_offered(self, problem: Seen) -> bool:
+        """Whether it is tried on a problem without being asked for by name. Left out: yes."""
+        return True
+
     def seen_in(self, measurement: Measurement) -> Self | None:
         """This effect with what a measurement says of it besides its values, such as the direction of a run; None where nothing
         speaks for it, and it is tried only where it is asked for by name. Left out: as it is."""

@@ -46,6 +46,11 @@ class ProblemProxy(Problem):
         joint = self.behind.joint
         return self if joint is self.behind else self.around(joint)
 
+    @property
+    def as_stated(self) -> Problem:
+        stated = self.behind.as_stated
+        return self if stated is self.behind else self.around(stated)
+
     def with_phase_origin(self) -> Problem:
         return self.around(self.behind.with_phase_origin())
 

@@ -109,6 +109,11 @@ class Problem(ABC):
         numbers are exact."""
         return self
 
+    @property
+    def as_stated(self) -> Problem:
+        """The problem with these numbers exact. Default: itself."""
+        return self
+
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. Default: differences, counted as evaluations."""
         raise self._refusal(

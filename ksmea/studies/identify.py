@@ -56,6 +56,7 @@ from ksmea.units import TURN
 
 OF_DIFFERENCES = "likelihood of differences"  # the name of a stage
 INTERVALS = ("profile", "information", "none")
+INPUTS = ("joint", "stated")
 FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold what is likely all over the box
 
 
@@ -71,6 +72,8 @@ class IdentificationOptions:
         crlb: Cramér–Rao bounds and correlations at the reported values.
         curves: the amplitudes that figures compare.
         details: let intervals reach over all likely maxima of the box, as they do with few data (`FEW_DATA`).
+        inputs: 'joint' (numbers known to a tolerance are fitted along, in the last step, and intervals allow for them) or 'stated'
+            (they are taken as exact).
         budget: evaluations of the true model for the method, in which a Jacobian counts as `jacobian_cost`; intervals are computed
             beyond it.
 
@@ -85,8 +88,11 @@ class IdentificationOptions:
     details: bool = False
     budget: int | None = None
     jacobian_cost: int = JACOBIAN_AS_EVALUATIONS
+    inputs: str = "joint"
 
     def __post_init__(self) -> None:
+        if self.inputs not in INPUTS:
+            raise SettingError(f"inputs: expected {' | '.join(INPUTS)}, got {self.inputs!r}")
         if self.intervals not in INTERVALS:
             raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {self.intervals!r}")
 
@@ -134,7 +140,8 @@ def identified(
     noise, fit = measurement.noise, None
     if options.intervals != "none" and (noise is None or measurement.has_noise):
         record, noise, fit = _with_intervals(record, case, options, rng)
-    information = _information(case, record.values, noise, fit) if options.crlb else None
+    within = case if options.inputs == "joint" else case.by(case.problem.as_stated)
+    information = _information(within, record.values, noise, fit) if options.crlb else None
     if information is not None:
         record = _with_crlb(record, information)
     if options.curves:
@@ -233,7 +240,7 @@ def _with_intervals(
         are_few = check and _has_few_data(likelihood)
         if options.details or are_few:
             maxima = likely_maxima(likelihood, maxima[0], rng)
-        if (joint := counted.joint) is not counted:
+        if options.inputs == "joint" and (joint := counted.joint) is not counted:
             likelihood, maxima, own = _joint(case, joint, maxima)
         elif are_few and (rises := _simulated(likelihood, level, maxima, rng)) is not None:
             maxima = maxima[: len(rises)]

@@ -8,16 +8,20 @@ from ksmea.errors import SettingError, unknown
 from ksmea.measurement.measurement import Measurement
 from ksmea.plugins import registry
 from ksmea.plugins.effect import AnyEffect
+from ksmea.problem.problem import Problem
 
 NO_EFFECT = "none"  # in place of names: an empty library
 
 
 def library(
-    names: Sequence[str], without: Sequence[str], measurement: Measurement | None = None
+    names: Sequence[str],
+    without: Sequence[str],
+    measurement: Measurement | None = None,
+    problem: Problem | None = None,
 ) -> tuple[dict[str, AnyEffect], Mapping[str, str]]:
     """The effects that are asked for, by name – all that are registered if none is named, but for those that
-    nothing in the measurement speaks for, where one is given, and none if `NO_EFFECT` is – but for those in `without`; and why others are left out,
-    which none is that is asked for by name.
+    nothing in the measurement speaks for, where one is given, and those that the problem does not call for, and none if `NO_EFFECT` is –
+    but for those in `without`; and why others are left out, which none is that is asked for by name.
 
     Raises `SettingError` for a name that is not registered."""
     known = list(registry.registered("effect"))
@@ -33,7 +37,18 @@ def library(
         return {name: _seen_in(effect, measurement) or effect for name, effect in asked.items()}, {}
     made, left_out = registry.create_all("effect", [name for name in known if name not in without])
     seen = {name: _seen_in(effect, measurement) for name, effect in made.items()}
-    return {name: effect for name, effect in seen.items() if effect is not None}, left_out
+    found = {name: effect for name, effect in seen.items() if effect is not None}
+    if problem is not None:
+        found = {name: effect for name, effect in found.items() if _is_offered(effect, problem)}
+    return found, left_out
+
+
+def _is_offered(effect: AnyEffect, problem: Problem) -> bool:
+    """Whether the problem calls for it; one for other problems may fail here, and is left out with its reason later."""
+    try:
+        return effect.is_offered(problem.machine)
+    except Exception:
+        return True
 
 
 def _seen_in(effect: AnyEffect, measurement: Measurement | None) -> AnyEffect | None:

@@ -35,6 +35,9 @@ class BearingPosition(SeatedEffect):
     what, default_place, needs = "bearing", "the first bearing", "a rotor with a bearing"
     sizes = (Size("bearing_position_change", "mm", LARGEST, drawn=NOTICED, of=shaft_length),)
 
+    def is_offered(self, problem: RotorProblem) -> bool:
+        return problem.is_as_drawn
+
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         return list(dict.fromkeys(bearing.position for bearing in problem.rotor.bearings))
 

@@ -50,11 +50,13 @@ class ChannelGain(PlacedEffect):
         return f"{named(self.direction)} {where(self.position)}"
 
     def locations(self, problem: RotorProblem) -> Sequence[ChannelGain]:
-        """Each channel, then each plane of several, where there are others to compare with."""
+        """Each channel, then each plane of several of a machine as drawn, where there are others to compare with."""
         channels = dict.fromkeys(channel for channel in problem.channels if channel.is_1x)
         if len(channels) < 2:
             return []
         each = [dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels]
+        if not problem.is_as_drawn:
+            return each
         of_plane = Counter(channel.position for channel in channels)
         whole = [position for position, count in of_plane.items() if 1 < count < len(channels)]
         return [*each, *(dataclasses.replace(self, position=position, direction=None) for position in whole)]

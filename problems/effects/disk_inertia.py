@@ -37,6 +37,9 @@ class DiskInertia(SeatedEffect):
     what, default_place, needs = "disk", "the first disk", "a rotor with a disk that has moments of inertia"
     sizes = (Size("disk_inertia_change", "%", LARGEST, drawn=NOTICED),)
 
+    def is_offered(self, problem: RotorProblem) -> bool:
+        return problem.is_as_drawn
+
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         have = (disk.position for disk in problem.rotor.disks if disk.polar_inertia or disk.diametral_inertia)
         return list(dict.fromkeys(have))

@@ -38,6 +38,9 @@ class DiskMass(SeatedEffect):
     what, default_place, needs = "disk", "the first disk", "a rotor with a disk"
     sizes = (Size("disk_mass_change", "%", LARGEST, drawn=NOTICED),)
 
+    def is_offered(self, problem: RotorProblem) -> bool:
+        return problem.is_as_drawn
+
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         return list(dict.fromkeys(disk.position for disk in problem.rotor.disks))
 

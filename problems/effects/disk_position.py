@@ -35,6 +35,9 @@ class DiskPosition(SeatedEffect):
     what, default_place, needs = "disk", "the first disk", "a rotor with a disk"
     sizes = (Size("disk_position_change", "mm", LARGEST, drawn=NOTICED, of=shaft_length),)
 
+    def is_offered(self, problem: RotorProblem) -> bool:
+        return problem.is_as_drawn
+
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         return list(dict.fromkeys(disk.position for disk in problem.rotor.disks))
 

@@ -40,6 +40,9 @@ class ProbePosition(PlacedEffect):
     def __str__(self) -> str:
         return where(self.position)
 
+    def is_offered(self, problem: RotorProblem) -> bool:
+        return problem.is_as_drawn
+
     def locations(self, problem: RotorProblem) -> Sequence[ProbePosition]:
         """Each plane, where there is another to compare it with."""
         found = planes(problem)

@@ -50,10 +50,11 @@ class ProbeRotation(PlacedEffect):
         return where(self.position) if self.direction is None else f"{named(self.direction)} {where(self.position)}"
 
     def locations(self, problem: RotorProblem) -> Sequence[ProbeRotation]:
-        """Each plane that has probes in two directions, then each probe where there are others to compare it with."""
+        """Each plane that has probes in two directions, then each probe of a machine as drawn where there are others to compare it
+        with."""
         whole = self.at_each(plane for plane in planes(problem) if _has_two(plane, problem.channels))
         channels = dict.fromkeys(channel for channel in problem.channels if channel.is_1x)
-        if len(channels) < 2:
+        if len(channels) < 2 or not problem.is_as_drawn:
             return whole
         each = (dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels)
         return [*whole, *each]

@@ -96,7 +96,9 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
         unknowns, reference = inside(document, "rotation", lambda: _mirrored_unknowns(unknowns, reference))
         inexact = inside(document, "rotation", lambda: _mirrored_inexact(inexact))
     uncertain = inexact.uncertain if inexact.uncertain.are_there else None
-    problem = inside(document, "", lambda: RotorProblem(rotor, unknowns, speed, channels, uncertain=uncertain))
+    problem = inside(
+        document, "", lambda: RotorProblem(rotor, unknowns, speed, channels, uncertain=uncertain, is_as_drawn=True)
+    )
     if inexact.numbers or inexact.probes:
         problem = problem.with_effects((RotorNumbers(inexact.numbers, inexact.probes),))
     return RotorDescription(problem, reference, sheets.read)

@@ -1,5 +1,6 @@
 """Probes at any angle: what they read follows from x and y, in the model, its sensitivities and its effects."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -72,12 +73,11 @@ def test_effects_read_skew_probes_as_the_motion_in_x_and_y_says(problem, name, t
 def test_probe_rotation_needs_two_directions_at_a_plane(problem):
     effect = registry.create("effect", "probe_rotation", {})
     pair, parallel = (Channel(AT, "45"), Channel(AT, "-45")), (Channel(AT, "45"), Channel(AT, "-135"))
-    assert [str(each) for each in effect.locations(seen(problem, pair))] == [
-        "at 0.1 m",
-        "45° at 0.1 m",
-        "-45° at 0.1 m",
-    ]
-    assert [str(each) for each in effect.locations(seen(problem, parallel))] == ["45° at 0.1 m", "-135° at 0.1 m"]
+    assert [str(each) for each in effect.locations(seen(problem, pair))] == ["at 0.1 m"]
+    assert not effect.locations(seen(problem, parallel))
+    drawn = dataclasses.replace(problem, is_as_drawn=True)  # of which one may be turned alone
+    assert [str(each) for each in effect.locations(seen(drawn, pair))] == ["at 0.1 m", "45° at 0.1 m", "-45° at 0.1 m"]
+    assert [str(each) for each in effect.locations(seen(drawn, parallel))] == ["45° at 0.1 m", "-135° at 0.1 m"]
 
 
 @pytest.mark.parametrize("name", ["channel_gain", "timing_delay"])

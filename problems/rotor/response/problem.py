@@ -63,6 +63,9 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
     effects: tuple[EffectOnRotor, ...] = ()
     near: ComplexArray | None = None
     uncertain: KnownToTolerance | None = None
+    is_as_drawn: bool = (
+        False  # its numbers are those of a drawing, which a machine may differ from; a published rotor's are exact
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -92,6 +95,10 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
             return self
         made: RotorProblem = self.uncertain.joint(self)
         return made
+
+    @property
+    def as_stated(self) -> RotorProblem:
+        return self if self.uncertain is None else self._changed(uncertain=None)
 
     def _changed(self, **changes: Any) -> RotorProblem:
         plain = dataclasses.replace(self.plain, **changes)
