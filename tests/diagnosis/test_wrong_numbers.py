@@ -1,0 +1,107 @@
+"""Numbers of a drawing that the machine does not have: hidden in data of the dense solver and a finer mesh, each is found and named."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ksmea
+from ksmea.problem.case import Case
+from ksmea.studies.diagnose import DiagnosisOptions, Report, diagnosis
+from ksmea.studies.library import library
+from tolerant_pump import measured, pump, true_values
+
+CASES = (
+    Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")).parent
+    / "cases"
+    / "inputs"
+)
+RIVALS = ("probe_position", "channel_gain", "added_mass", "mass", "youngs_modulus", "disk_mass", "probe_rotation")
+QUICK = DiagnosisOptions(locate=False, average=False, split=False, screening=512, starts=4)
+
+
+def diagnosed(settings, data, effects=RIVALS):
+    problem = settings.build()
+    chosen, _ = library(effects, [], data, problem)
+    return diagnosis(
+        Case.of(problem, data),
+        chosen,
+        np.random.default_rng(0),
+        options=QUICK,
+        report=Report(details=False, fine=False),
+    )
+
+
+@pytest.mark.parametrize(
+    ("number", "known", "sizes", "name", "location"),
+    [
+        ("probe_position_at_0_16_m", {"probe": "{value: 0.16, sd: 0.003}"}, 12, "probe_position", "at 0.16 m"),
+        ("gain_x_at_0_16_m", {"gain": "{value: 1, sd: 2 %}"}, -9, "channel_gain", "x at 0.16 m"),
+        ("disk_2_mass", {"mass": "{value: 9.0, sd: 1 %}"}, 9, "disk_mass", "at 0.85 m"),
+    ],
+)
+def test_a_number_that_is_wrong_by_far_is_named(tmp_path, number, known, sizes, name, location):
+    """Of a file whose numbers are exact, and of one that states the tolerance that is exceeded."""
+    tolerant = pump(tmp_path, **known)
+    data = measured(tolerant, true_values(tolerant, **{number: sizes}), np.random.default_rng(1), relative=0.03)
+    (tmp_path / "exact").mkdir()
+    for settings in (pump(tmp_path / "exact"), tolerant):
+        found = diagnosed(settings, data)
+        first = found.ranking[0]
+        assert (first.effect, first.location) == (name, location)
+        assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group
+
+
+def test_numbers_within_their_tolerance_are_no_finding(tmp_path):
+    """All of them off by a standard deviation or so: adequate with the tolerances, and not without."""
+    tolerant = pump(tmp_path, more="tolerances: typical")
+    problem, rng = tolerant.build(), np.random.default_rng(2)
+    off = {item.name: rng.standard_normal() for item in problem.joint.parameters if item.is_input}
+    data = measured(tolerant, true_values(tolerant, **off), rng, relative=0.03)
+    found = diagnosed(tolerant, data)
+    assert found.verdict == "adequate" and not any(each.is_contradicted for each in found.inputs)
+    truth = tolerant.reference()
+    units = {item.name: item.si_per_unit for item in problem.parameters}
+    assert all(row.before.holds(truth[row.name] / units[row.name]) for row in found.coefficients)
+    assert {row.name for row in found.coefficients} == set(problem.parameters.names)
+    (tmp_path / "exact").mkdir()
+    assert diagnosed(pump(tmp_path / "exact"), data).verdict != "adequate"
+
+
+def test_a_mass_that_the_data_do_not_see_is_not_found(tmp_path):
+    """Half of a coupling at the free end, 8 % heavier than stated to 1 %: it hardly moves what is measured."""
+    tolerant = pump(tmp_path, more="tolerances: typical")
+    data = measured(tolerant, true_values(tolerant, disk_1_mass=8), np.random.default_rng(3))
+    found = diagnosed(tolerant, data)
+    assert found.verdict == "adequate"
+    [mass] = [each for each in found.inputs if each.name == "disk_1_mass"]
+    assert not mass.is_seen and mass.value == pytest.approx(mass.stated, abs=mass.stated_sd)
+
+
+def of_case(name, **options):
+    if not CASES.exists():
+        pytest.skip(f"no cases at {CASES}; KSMEA_DATA names the directory of public data beside them")
+    rotor = ksmea.load_problem(str(CASES / "pump.yaml"))
+    return ksmea.diagnose(rotor, ksmea.read_measurement(str(CASES / f"{name}.csv")), **options)
+
+
+def test_a_probe_50_mm_from_its_place_is_found_in_data_of_another_program():
+    found = of_case("pump_wrong_probe", average=False, split=False, locate=False)
+    assert found.record.ranking[0].effect == "probe_position" and found.record.ranking[0].location == "at 0.78 m"
+    # its own elements differ: the likelihood is highest at 44 mm, 12.7 above that at 50 mm
+    assert 35 < found.record.ranking[0].parameters[0].value < 55
+    assert "probe_position" in found.named
+
+
+def test_an_impeller_that_is_heavier_is_found_with_its_inertia():
+    found = of_case("pump_mass", average=False, split=False, locate=False)
+    assert "disk_mass" in found.record.ambiguity_group
+    [size] = next(each.parameters for each in found.record.ranking if each.effect == "disk_mass")
+    assert size.holds(100 * 0.6 / 9.0)
+
+
+def test_probes_of_one_plane_that_are_swapped_are_said_to_be():
+    found = of_case("slip_pump_swap", average=False, split=False, effects=["probe_rotation", "channel_gain", "mass"])
+    assert found.verdict == "located"
+    assert any("x and y are swapped at 0.51 m alone" in remark for remark in found.record.remarks)
