@@ -35,6 +35,8 @@ from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.mesh import uniform_shaft
 from problems.rotor.finite_elements.segments import Disk, Material
+from problems.rotor.inputs.tolerances import TOLERANCES, TYPICAL
+from problems.rotor.inputs.uncertain import UncertainNumbers
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
 from problems.rotor_settings import channels_of
@@ -161,10 +163,20 @@ class Drawn(ProblemSettings):
         " with cross-coupling), supports (of known stiffness or, as likely, unknown), layers (a sleeve); in any order",
         choices=tuple(PARTS),
     )
+    tolerances: str = setting(
+        "none",
+        "of the numbers of the rotor and of its probes: none, all are exact, or typical (docs/tolerances.md)",
+        choices=TOLERANCES,
+    )
 
     def build(self) -> RotorProblem:
         """The problem; its rotor carries no values of the unknowns."""
-        return drawn(self.family, self.held_back, self.instance, in_order(self.machine_parts)).problem
+        problem = drawn(self.family, self.held_back, self.instance, in_order(self.machine_parts)).problem
+        return (
+            replace(problem, uncertain=UncertainNumbers(tolerances=TYPICAL))
+            if self.tolerances == "typical"
+            else problem
+        )
 
     def reference(self) -> dict[str, float]:
         """The values that were drawn, SI."""

@@ -15,12 +15,12 @@ from ksmea.plugins.source import ProblemSettings
 from ksmea.settings.document import Block
 from ksmea.settings.settings import setting
 from ksmea.settings.strict_yaml import parse, read_bytes
+from problems.rotor.inputs.tolerances import TOLERANCES
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor_document.description import RotorDescription, read_description
 from problems.rotor_document.tables import RotorSheets
 from problems.rotor_settings import MAX_ELEMENTS
 
-TOLERANCES = ("typical", "none")
 OF_OTHERS = (".toml", ".json")  # names of models of other programs
 
 

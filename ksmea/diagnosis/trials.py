@@ -133,7 +133,8 @@ def trial_of(candidate: Candidate, fit: Fit, without: Fit, n_candidate: int) -> 
     # The noise is estimated along: the drop is n ln(1 + e F/(n − d)) in a linear model, about χ² when scaled by (n − d)/n
     scaled = drop * (n - fit.likelihood.n_free) / n if fit.likelihood.noise_is_estimated else drop
     p = min(1.0, n_candidate * float(scipy.stats.chi2.sf(scaled, e)))
-    return Trial(candidate, fit, drop, float(drop - e * np.log(n)), p)
+    evidence = drop if not len(fit.inputs) else without.marginal_deviance - fit.marginal_deviance
+    return Trial(candidate, fit, drop, float(evidence - e * np.log(n)), p)
 
 
 def fitted(
@@ -262,12 +263,13 @@ class Explanation:
     applied: tuple[Candidate, ...]
     fit: Fit
     deviance_drop: float
+    delta_bic: float
     n_unknown: int  # of the effects
     p: float
 
     @classmethod
     def of(cls, trial: Trial) -> Explanation:
-        return cls((trial.candidate,), trial.fit, trial.deviance_drop, trial.n_unknown, trial.p)
+        return cls((trial.candidate,), trial.fit, trial.deviance_drop, trial.delta_bic, trial.n_unknown, trial.p)
 
     @classmethod
     def of_pair(cls, first: Trial, second: Trial) -> Explanation:
@@ -276,13 +278,10 @@ class Explanation:
             (first.candidate, second.candidate),
             second.fit,
             first.deviance_drop + second.deviance_drop,
+            first.delta_bic + second.delta_bic,
             first.n_unknown + second.n_unknown,
             second.p,
         )
-
-    @property
-    def delta_bic(self) -> float:
-        return float(self.deviance_drop - self.n_unknown * np.log(self.fit.likelihood.n_residual))
 
     @property
     def names(self) -> tuple[str, ...]:

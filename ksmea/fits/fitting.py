@@ -80,6 +80,20 @@ class Fit:
         return self.point.deviance
 
     @property
+    def marginal_deviance(self) -> float:
+        """The deviance with numbers known to a tolerance integrated out, by Laplace's approximation: D + ln det(Λ sd²), Λ their information
+        with priors. By it models are compared, in which such numbers count as no unknowns."""
+        inputs = self.inputs
+        if not len(inputs):
+            return self.deviance
+        sd = [
+            item.prior.sd / (item.upper - item.lower)
+            for item in self.problem.parameters
+            if item.is_input and item.prior
+        ]
+        return self.deviance + float(np.linalg.slogdet((scaled := self.point.whitened[:, inputs] * sd).T @ scaled)[1])
+
+    @property
     def u(self) -> Array:
         """The unknowns in the unit cube (d,)."""
         return self.point.theta[: self.likelihood.d]

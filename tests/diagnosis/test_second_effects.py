@@ -145,16 +145,13 @@ def test_a_limit_leaves_out_what_stays_above_it_and_nothing_else(rotor, fine):
         assert deviance == pytest.approx(every[candidate], abs=0.01)  # fits end by what they promise
 
 
-class Drop:
-    """A fit of which only the number of data is asked."""
-
-    class likelihood:
-        n_residual = 100
+N_DATA = 100
 
 
 def explanation(drop, *names, n_unknown=1):
     effect = registered_effects()
-    return Explanation(tuple(Candidate(name, effect[name]) for name in names), Drop, drop, n_unknown, 0.0)
+    applied = tuple(Candidate(name, effect[name]) for name in names)
+    return Explanation(applied, None, drop, drop - n_unknown * np.log(N_DATA), n_unknown, 0.0)
 
 
 def test_what_is_near_is_so_by_bic_or_by_the_deviance_whatever_bic_charges():

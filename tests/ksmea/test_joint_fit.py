@@ -6,22 +6,26 @@ import numpy as np
 import pytest
 import scipy
 
-from ksmea.fits.fitting import Fit
+from ksmea.fits.fitting import Fit, fit_baseline
 from ksmea.fits.joint_fit import joint_baseline, joint_maxima
 from ksmea.fits.lack_of_fit import fit_quality
+from ksmea.fits.search import Effort, Search
 from ksmea.inference.cramer_rao import identifiability, joint_values
 from ksmea.inference.input_budget import critical_pull, input_budget
 from ksmea.inference.intervals import estimate
 from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of
-from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.campaign import Campaign, Run, Weight
+from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.differences import differenced
+from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.problem.held import HeldProblem
 from ksmea.problem.parameters import Parameters, Prior
 from ksmea.studies.inputs import input_records, origins_of
 from ksmea.testing.jeffcott import Jeffcott, JeffcottRotor
+from measurements.synthetic import Synthetic
 from tolerant_pump import UNCERTAIN, measured, pump, true_values
 
 TRUTH = np.array(list(JeffcottRotor().reference().values()))
@@ -181,9 +185,6 @@ def test_bounds_count_what_numbers_take(tmp_path):
 
 
 def test_screened_points_have_the_numbers_as_stated(tmp_path):
-    from ksmea.fits.fitting import fit_baseline
-    from ksmea.fits.search import Effort, Search
-
     settings = pump(tmp_path, modulus="{value: 205, sd: 1 %}")
     problem = settings.build()
     data = measured(settings, true_values(settings), np.random.default_rng(6))
@@ -194,3 +195,37 @@ def test_screened_points_have_the_numbers_as_stated(tmp_path):
     assert joint.best.deviance < fits.best.deviance + 1e-6
     exact = joint_baseline(joint)
     assert exact is joint
+
+
+def test_runs_of_a_campaign_share_their_numbers(tmp_path):
+    """Each number once, as it is in every run; a trial weight beside."""
+    settings = pump(tmp_path, modulus="{value: 205, sd: 2 %}", probe="{value: 0.16, sd: 0.004}")
+    problem = settings.build()
+    runs = (Run("bare", 23, ()), Run("trial", 23, (Weight(0.85, 3e-5, 0.4),)))
+    layout = Layout(np.tile(problem.speed, 2), problem.channels, "complex", "made", True, campaign=Campaign(runs))
+    whole = aligned(problem, layout)
+    assert whole.joint.parameters.names == problem.joint.parameters.names
+    x = true_values(settings, steel_youngs_modulus=1, probe_position_at_0_16_m=-1)
+    response, slope = whole.joint.linearised(x)
+    alone = problem.joint
+    weighted = alone.with_unbalance(0.85, 3e-5, 0.4)
+    expected = np.concatenate([alone.response(x[None])[0], weighted.response(x[None])[0]])
+    assert np.abs(response - expected).max() < 1e-10 * np.abs(expected).max()
+    assert np.allclose(slope[:23], alone.linearised(x)[1], rtol=1e-9, atol=1e-9 * np.abs(slope).max())
+    assert whole.as_stated.parameters.names == problem.parameters.names == whole.parameters.names
+
+
+def test_what_is_drawn_lies_in_the_data_and_not_in_the_model(tmp_path):
+    """The same seed with numbers as stated and drawn: other data by about what the tolerances do."""
+    settings = pump(tmp_path, **UNCERTAIN)
+    reference = settings.reference()
+    as_stated, drawn = (
+        Synthetic(kind="complex", numbers=numbers).response(settings, reference, np.random.default_rng(1))
+        for numbers in ("stated", "drawn")
+    )
+    x = np.array([reference[name] for name in settings.build().parameters.names])
+    assert np.array_equal(as_stated, settings.build().response(x[None])[0])
+    change = np.abs(drawn - as_stated).max() / np.abs(as_stated).max()
+    assert 0.01 < change < 1
+    again = Synthetic(kind="complex", numbers="drawn").response(settings, reference, np.random.default_rng(1))
+    assert np.array_equal(drawn, again)

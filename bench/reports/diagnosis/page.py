@@ -7,6 +7,7 @@ from functools import partial
 
 from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
 from bench.reports.diagnosis.location_page import location_blocks
+from bench.reports.identification.page import inputs_blocks
 from bench.reports.response_blocks import response_blocks
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.show.charts.intervals_chart import intervals_chart
@@ -29,6 +30,8 @@ def diagnosis_page(record: DiagnosisRecord, following: Sequence[Block]) -> Page:
     if (response := of_diagnosis(record)) is not None:
         sections.append(Section("Response", tuple(response_blocks(response, diagnosis_chart(record), RESIDUALS))))
     sections.append(Section("Unknowns", tuple(_unknowns(record))))
+    if record.inputs:
+        sections.append(Section("Numbers known to a tolerance", tuple(inputs_blocks(record.inputs))))
     if record.location is not None:
         sections.append(
             Section("Without the library", tuple(location_blocks(record.location, LOCATION, why_without(record))))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from bench.plan.page import Block, Drawn, Page, Prose, Section, Table
+from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
 from bench.reports.response_blocks import response_blocks
 from ksmea.records.curves import as_array
 from ksmea.records.estimate import Shown
 from ksmea.records.identification import IdentificationRecord
+from ksmea.records.inputs import InputRecord
+from ksmea.show import inputs_text
 from ksmea.show.charts.chart import Axis, Chart, Line, one_panel
 from ksmea.show.charts.colours import category
+from ksmea.show.charts.inputs_chart import budget_chart, inputs_chart
 from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.responses import of_fit
 from ksmea.show.identification_text import identification_chart, table, text
@@ -49,6 +52,9 @@ def _sections(title: str, record: IdentificationRecord, still: str, several: boo
     of_which = f": {title}" if several else ""
     yield Section(f"What was found{of_which}", (Prose(text(record, title)),))
     yield Section(f"Unknowns{of_which}", tuple(unknowns_blocks(record)))
+    if record.inputs:
+        drawn = (Drawn(budget_chart(record.parameters)), *inputs_blocks(record.inputs))
+        yield Section(f"Numbers known to a tolerance{of_which}", drawn)
     if record.fit is not None:
         yield Section(
             f"Response{of_which}",
@@ -56,6 +62,13 @@ def _sections(title: str, record: IdentificationRecord, still: str, several: boo
         )
     if len(record.history) >= LEAST_STEPS:
         yield Section(f"Search{of_which}", (Drawn(steps_chart(record)),))
+
+
+def inputs_blocks(inputs: Sequence[InputRecord]) -> Iterator[Block]:
+    """Numbers that the data see, as a plot and a table."""
+    if any(each.is_seen for each in inputs):
+        yield Drawn(inputs_chart(inputs))
+        yield Folded("All numbers that the data see", (Table(inputs_text.table(inputs)),))
 
 
 def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:

@@ -40,6 +40,7 @@ class Tolerances:
         return ("young_modulus", "density", "mass", "inertia", "gain", "plane_gain")
 
 
+TOLERANCES = ("typical", "none")  # by name, in settings
 TYPICAL = Tolerances()
 NONE = Tolerances(**dict.fromkeys((field.name for field in dataclasses.fields(Tolerances)), 0.0))
 
