@@ -50,7 +50,7 @@ from measurements.common_speeds import averaged
 from measurements.formats.lazy_file import Opened
 from measurements.formats.readers import foreign_rows
 from measurements.formats.user_answers import OWN, Answers
-from measurements.formats.waveform import MOST_BYTES
+from measurements.formats.waveforms.waveform import MOST_BYTES
 from measurements.run_up import RunUp, run_up
 from measurements.run_up_rows import MAX_BYTES, Rows, rows_at, rows_of, text_of, to_digits
 from measurements.shared_speeds import at_shared_speeds

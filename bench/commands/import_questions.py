@@ -15,7 +15,7 @@ from measurements.formats.detection import suggested_format
 from measurements.formats.lazy_file import Opened
 from measurements.formats.questions import Asked, Question, open_questions
 from measurements.formats.user_answers import FORMATS
-from measurements.formats.waveform import MOST_BYTES
+from measurements.formats.waveforms.waveform import MOST_BYTES
 from measurements.sweeps import UP
 
 OUT, FORMAT, SWEEP, BOTH = "out", "format", "sweep", "both"

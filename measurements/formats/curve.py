@@ -35,6 +35,7 @@ class Curve:
     harmonic: float = 1.0
     is_compensated: bool = False  # slow roll is subtracted
     left_out: Mapping[str, int] = field(default_factory=dict)  # rows, by reason
+    notes: tuple[str, ...] = ()  # remarks on the whole file
 
     def rows(self, kept: Flags, reason: str) -> Curve:
         """The curve at some of its rows (n,) bool; the others are counted under a reason."""

@@ -15,7 +15,7 @@ from measurements.formats.table import read_table, roles_of
 from measurements.formats.to_rows import decided
 from measurements.formats.uff import curves_of_datasets, datasets
 from measurements.formats.user_answers import Answers
-from measurements.formats.waveform import read_waveform
+from measurements.formats.waveforms.waveform import read_waveform
 from measurements.run_up_rows import MAX_BYTES, Rows
 
 
@@ -71,4 +71,5 @@ def foreign_rows(opened: Opened, answers: Answers) -> tuple[Rows, tuple[str, ...
     """The rows of a file that is not the project's own, the remarks on them, and whether slow roll is subtracted in it."""
     curves = READERS[answers.format](opened, answers)
     rows, remarks = decided(curves, answers)
-    return rows, remarks, any(curve.is_compensated for curve in curves)
+    notes = dict.fromkeys(note for curve in curves for note in curve.notes)
+    return rows, (*notes, *remarks), any(curve.is_compensated for curve in curves)

@@ -16,6 +16,7 @@ OWN = "run_up"  # the project's own CSV file, which leaves nothing open
 FORMATS = (OWN, "csv", "excel", "mat", "uff", "system1", "adre", "waveform")
 SENSES = ("lag", "lead", "none")
 ROTATIONS = ("ccw", "cw")
+KEYPHASOR_EDGES = ("rising", "falling")
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,12 @@ class Answers(Settings):
         [1.0], "multiples of the speed of rotation that are read, where the file has several", above=0
     )
     revolutions: int = setting(1, "turns of the shaft that each row of a waveform averages", at_least=1)
+    keyphasor_edge: str | None = setting(
+        None,
+        "edge of the keyphasor's mark that phases of waveforms count from, the same for all records of a machine; null: the"
+        " leading edge of a mark of less than a quarter of a turn",
+        choices=KEYPHASOR_EDGES,
+    )
     sampling: float | None = setting(None, "sampling rate of waveforms that have no column of time", unit="Hz", above=0)
     repeats: str = setting(
         "refuse",
@@ -108,7 +115,7 @@ class Answers(Settings):
                     f"probes, columns, harmonics, phase: expected none with format={OWN}, whose columns have fixed names, got some; leave"
                     " them out, or name the format of the file (format=csv)"
                 )
-        for name in ("revolutions", "sampling"):
+        for name in ("revolutions", "sampling", "keyphasor_edge"):
             if self.format != "waveform" and (given := getattr(self, name)) != defaults[name]:
                 raise SettingError(
                     f"{name}: expected none with format={self.format}, which holds no waveforms, got {given}; leave it out"

@@ -5,7 +5,13 @@ import pytest
 
 from instrument_files import HALF_HEIGHT, sampled, waveform, written
 from ksmea.errors import SettingError
-from measurements.formats.order_tracking import evened, noise_of, pulse_times, tracked
+from measurements.formats.waveforms.keyphasor import mark_of
+from measurements.formats.waveforms.order_tracking import evened, noise_of, tracked
+
+
+def pulse_times(time, keyphasor):
+    return mark_of(time, keyphasor, None).time
+
 
 RUN_UP = "speed_rpm,position_m,direction,amplitude_um_0pk,phase_lead_deg"
 
@@ -48,9 +54,9 @@ def test_half_orders_need_whole_windows_and_noise_needs_neighbours():
     assert np.max(np.abs(found.values[..., 1])) < 1e-3  # there is none in the signal
     with pytest.raises(SettingError, match="a pulse is missing"):
         tracked(time, signals, np.delete(pulses, 4), (1.0,))
-    with pytest.raises(SettingError, match="expected pulses"):
+    with pytest.raises(SettingError, match="expected a pulse in each turn"):
         pulse_times(time, np.zeros(len(time)))
-    with pytest.raises(SettingError, match="expected pulses"):
+    with pytest.raises(SettingError, match="expected a pulse in each turn"):
         pulse_times(time, np.random.default_rng(1).standard_normal(len(time)))
 
 

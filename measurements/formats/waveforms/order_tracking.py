@@ -6,7 +6,7 @@ squares, by a constant and a harmonic series,
 
     x(t) ≈ a + Σ_h Re(q_h e^{ihθ(t)}).
 
-Each q_h is zero to peak and its phase is a lead, counted from the pulse. Samples need not divide the turn evenly. The first harmonics
+Each q_h is zero to peak and its phase is a lead, counted from the mark's edge (`keyphasor`). Samples need not divide the turn evenly. The first harmonics
 are fitted along even where nobody asks for them, so that they do not leak into those that are asked for. White noise of σ in each of
 n samples makes a vector of variance 4 σ²/n. The gap of a probe drifts: the fit is done again without the line through the constants
 of neighbouring windows, since a straight line in each would cost 1X nearly half of its precision.
@@ -23,9 +23,7 @@ as the speed needs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -34,15 +32,13 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
 from ksmea.units import TURN
+from measurements.formats.waveforms.keyphasor import IRREGULAR
 
 ALONG = (1.0, 2.0, 3.0)  # harmonics that are fitted in any case
 SAMPLES_PER_UNKNOWN = 2  # in each window, at least
 FEWEST_PULSES = 4  # that a cubic goes through
 FEWEST_WINDOWS = 5  # that say a noise
 NEIGHBOURS = 10  # windows on either side that share their noise
-REARMED, CROSSED = 0.25, 0.5  # of a pulse's height: below the one it is over, at the other it is there
-IRREGULAR = 1.5  # times as long as the turn before: a pulse is missing, or one too many
-CLEAR = 10.0  # times as high as what the signal does beside its pulses, in the median
 
 
 @dataclass(frozen=True)
@@ -54,25 +50,6 @@ class Tracked:
     values: ComplexArray  # (n_window, n_signal, n_harmonic), zero to peak
     sigma: Array | None  # the same shape, total; None where the windows are too few to say
     first: Indices  # (n_window,) the first sample
-
-
-def pulse_times(time: Array, keyphasor: Array) -> Array:
-    """When each pulse begins, s: its leading edge at half its height, whether it goes up or down. Raises `SettingError`
-    where there are no pulses."""
-    rest = float(np.median(keyphasor))
-    up, down = float(np.max(keyphasor)) - rest, rest - float(np.min(keyphasor))
-    height = (keyphasor - rest) / (up if up >= down else -down) if max(up, down) > 0 else np.zeros(len(time))
-    if not np.any(height) or float(np.median(np.abs(height))) * CLEAR > 1:
-        raise SettingError(
-            "keyphasor: expected pulses from a level at rest, got none; name the column of the keyphasor"
-        )
-    above, below = height >= CROSSED, height < REARMED
-    state = np.where(above, 1, np.where(below, -1, 0))  # 0 keeps what was before
-    known = np.flatnonzero(state)
-    edges = known[1:][(state[known][1:] == 1) & (state[known][:-1] == -1)]
-    before = edges - 1
-    part = (CROSSED - height[before]) / (height[edges] - height[before])
-    return np.asarray(time[before] + part * (time[edges] - time[before]))
 
 
 def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, ...], revolutions: int = 1) -> Tracked:
@@ -201,33 +178,3 @@ def _relative_error(pulses: Array) -> float:
 def _left(width: int) -> float:
     """The error of the slope of a cubic through as many even points of unit error."""
     return float(np.linalg.norm(savgol_coeffs(width, ORDER, deriv=1)))
-
-
-DATES = ("%m/%d/%Y", "%d/%m/%Y", "%d.%m.%Y", "%Y-%m-%d", "%d%b%Y", "%d-%b-%Y")
-TIMES = ("%I:%M:%S %p", "%I:%M:%S.%f %p", "%H:%M:%S", "%H:%M:%S.%f")
-SEPARATORS = (" ", "T")
-
-
-def seconds(texts: Sequence[str]) -> Array | None:
-    """Seconds since the first of several times, (n,); None where they are no times, or where month and day could be either and
-    that makes a difference.
-
-    >>> seconds(["4/4/2021 4:35:40 AM", "4/4/2021 4:35:41 AM"])
-    array([0., 1.])
-    """
-    found: list[Array] = []
-    for date in DATES:
-        for time in TIMES:
-            for separator in SEPARATORS:
-                elapsed = _elapsed(texts, f"{date}{separator}{time}")
-                if elapsed is not None and not any(np.array_equal(elapsed, other) for other in found):
-                    found.append(elapsed)
-    return found[0] if len(found) == 1 else None
-
-
-def _elapsed(texts: Sequence[str], layout: str) -> Array | None:
-    try:
-        times = [datetime.strptime(text, layout) for text in texts]
-    except ValueError:
-        return None
-    return np.array([(each - times[0]).total_seconds() for each in times])

@@ -21,13 +21,14 @@ from measurements.formats.curve import Curve
 from measurements.formats.excel import ZIP, first_rows, read_excel
 from measurements.formats.lazy_file import Opened
 from measurements.formats.mat import HDF5, read_mat
-from measurements.formats.order_tracking import Tracked, pulse_times, tracked
 from measurements.formats.questions import OpenQuestion
 from measurements.formats.sheet import Sheet, first_cells, read_delimited
 from measurements.formats.texts import beginning_of
 from measurements.formats.uff import waveforms_of_uff
 from measurements.formats.unit_texts import seconds_per
 from measurements.formats.user_answers import Answers
+from measurements.formats.waveforms.keyphasor import mark_of
+from measurements.formats.waveforms.order_tracking import Tracked, tracked
 
 TIME, KEYPHASOR, SIGNAL = "time", "keyphasor", "signal"
 MOST_BYTES = 256 * 2**20  # of a file: five million samples of four channels in text
@@ -53,7 +54,14 @@ def read_waveform(opened: Opened, answers: Answers) -> list[Curve]:
     )
     return opened.once(
         "tracked",
-        (tuple(answers.columns), answers.sheet, answers.sampling, tuple(answers.harmonics), answers.revolutions),
+        (
+            tuple(answers.columns),
+            answers.sheet,
+            answers.sampling,
+            tuple(answers.harmonics),
+            answers.revolutions,
+            answers.keyphasor_edge,
+        ),
         lambda: _tracked(sheet, columns, answers),
     )
 
@@ -63,13 +71,10 @@ def _tracked(sheet: Sheet, columns: dict[str, str], answers: Answers) -> list[Cu
     names = [role.removeprefix(f"{SIGNAL}.") for role in columns if role.startswith(f"{SIGNAL}.")]
     headings = [columns[f"{SIGNAL}.{name}"] for name in names]
     signals = np.stack([_complete(sheet, heading) for heading in headings], axis=1)
-    pulses = pulse_times(time, _complete(sheet, columns[KEYPHASOR]))
-    found = tracked(time, signals, pulses, tuple(answers.harmonics), answers.revolutions)
-    return [
-        _curve(found, sheet, name, sheet.unit(heading), number, order, harmonic)
-        for number, (name, heading) in enumerate(zip(names, headings))
-        for order, harmonic in enumerate(answers.harmonics)
-    ]
+    mark = mark_of(time, _complete(sheet, columns[KEYPHASOR]), answers.keyphasor_edge)
+    found = tracked(time, signals, mark.time, tuple(answers.harmonics), answers.revolutions)
+    units = {name: sheet.unit(heading) for name, heading in zip(names, headings)}
+    return _curves(found, sheet, units, answers.harmonics, (mark.remark,))
 
 
 def _which_columns(content: bytes, answers: Answers) -> OpenQuestion:
@@ -183,19 +188,26 @@ def _complete(sheet: Sheet, heading: str) -> Array:
     return values
 
 
-def _curve(found: Tracked, sheet: Sheet, name: str, unit: str, number: int, order: int, harmonic: float) -> Curve:
-    values = found.values[:, number, order]
-    return Curve(
-        name,
-        "",
-        [int(sheet.lines[first]) for first in found.first],
-        found.speed / RPM,
-        np.abs(values),
-        phase=np.angle(values, deg=True),
-        sigma=None if found.sigma is None else found.sigma[:, number, order],
-        time=found.time,
-        speed_unit="rpm",
-        unit=f"{unit} 0pk".strip(),
-        sense="lead",
-        harmonic=harmonic,
-    )
+def _curves(
+    found: Tracked, sheet: Sheet, units: dict[str, str], harmonics: Sequence[float], notes: tuple[str, ...]
+) -> list[Curve]:
+    """The vectors of each signal (its unit by its name) at each harmonic."""
+    return [
+        Curve(
+            name,
+            "",
+            [int(sheet.lines[first]) for first in found.first],
+            found.speed / RPM,
+            np.abs(found.values[:, number, order]),
+            phase=np.angle(found.values[:, number, order], deg=True),
+            sigma=None if found.sigma is None else found.sigma[:, number, order],
+            time=found.time,
+            speed_unit="rpm",
+            unit=f"{unit} 0pk".strip(),
+            sense="lead",
+            harmonic=harmonic,
+            notes=notes,
+        )
+        for number, (name, unit) in enumerate(units.items())
+        for order, harmonic in enumerate(harmonics)
+    ]
