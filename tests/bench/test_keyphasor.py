@@ -121,7 +121,7 @@ def test_pulses_up_and_down_count_at_the_higher_one():
 def test_the_edge_is_asked_for_said_and_kept(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name, turns in (("bare", 20.3), ("trial", 20.7)):
-        written(tmp_path / f"{name}_wave.csv", *record(0.5, turns))
+        written(tmp_path / f"{name}_wave.csv", *record(0.5, turns, "resampled", 0.01))
     command = [
         "import",
         "bare_wave.csv",

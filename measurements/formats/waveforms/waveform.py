@@ -25,8 +25,8 @@ from measurements.formats.questions import OpenQuestion
 from measurements.formats.sheet import Sheet, first_cells, read_delimited
 from measurements.formats.texts import beginning_of
 from measurements.formats.uff import waveforms_of_uff
-from measurements.formats.unit_texts import seconds_per
 from measurements.formats.user_answers import Answers
+from measurements.formats.waveforms.clock import clock_of
 from measurements.formats.waveforms.keyphasor import mark_of
 from measurements.formats.waveforms.order_tracking import Tracked, tracked
 
@@ -35,7 +35,6 @@ MOST_BYTES = 256 * 2**20  # of a file: five million samples of four channels in 
 MAX_SAMPLES = 5_000_000  # rows of a text or an Excel sheet
 ANY_RATE = 1000.0  # Hz, with which the rest of a file can be looked at
 PLACEHOLDERS = ("time=HEADING", "keyphasor=HEADING", "signal.NAME=HEADING")
-UNEVEN = 0.3  # of a step, by which rounded times may lie beside even ones: a missing sample is half a step or more
 UNIVERSAL = re.compile(rb"^ *-1 *\r?\n", re.MULTILINE)
 
 
@@ -67,14 +66,22 @@ def read_waveform(opened: Opened, answers: Answers) -> list[Curve]:
 
 
 def _tracked(sheet: Sheet, columns: dict[str, str], answers: Answers) -> list[Curve]:
-    time = _time(sheet, columns.get(TIME), answers)
+    time, remark = _time(sheet, columns.get(TIME), answers)
     names = [role.removeprefix(f"{SIGNAL}.") for role in columns if role.startswith(f"{SIGNAL}.")]
     headings = [columns[f"{SIGNAL}.{name}"] for name in names]
     signals = np.stack([_complete(sheet, heading) for heading in headings], axis=1)
     mark = mark_of(time, _complete(sheet, columns[KEYPHASOR]), answers.keyphasor_edge)
     found = tracked(time, signals, mark.time, tuple(answers.harmonics), answers.revolutions)
     units = {name: sheet.unit(heading) for name, heading in zip(names, headings)}
-    return _curves(found, sheet, units, answers.harmonics, (mark.remark,))
+    return _curves(found, sheet, units, answers.harmonics, tuple(filter(None, (remark, mark.remark, _gaps(found)))))
+
+
+def _gaps(found: Tracked) -> str:
+    return (
+        f"{found.n_gap} of {found.n_gap + len(found.time)} windows left out: samples are missing in them"
+        if found.n_gap
+        else ""
+    )
 
 
 def _which_columns(content: bytes, answers: Answers) -> OpenQuestion:
@@ -145,7 +152,8 @@ def _fast(content: bytes, path: str, headings: Sequence[str]) -> Sheet | None:
     return None
 
 
-def _time(sheet: Sheet, heading: str | None, answers: Answers) -> Array:
+def _time(sheet: Sheet, heading: str | None, answers: Answers) -> tuple[Array, str]:
+    """When each sample was taken, s, and a remark on that if their steps are uneven."""
     if heading is None:
         if TIME in sheet.columns and isinstance(sheet.columns[TIME], np.ndarray) and answers.sampling is None:
             heading = TIME  # a universal file's own
@@ -157,25 +165,10 @@ def _time(sheet: Sheet, heading: str | None, answers: Answers) -> Array:
                 ANY_RATE,
             )
         else:
-            return np.arange(len(sheet.lines)) / answers.sampling
+            return np.arange(len(sheet.lines)) / answers.sampling, ""
     if answers.sampling is not None:
-        raise SettingError("sampling: expected none beside a column of time, got both; leave one out")
-    time = _complete(sheet, heading) * seconds_per(sheet.unit(heading), sheet.where)
-    steps = np.diff(time)
-    if len(time) < 2 or np.any(steps <= 0):
-        first = int(np.flatnonzero(steps <= 0)[0]) + 1 if len(time) > 1 else 0
-        raise SettingError(
-            f"{sheet.where} line {sheet.lines[first]}: expected times that rise, got one that does not; sort them"
-        )
-    even = np.linspace(time[0], time[-1], len(time))
-    step = float(even[1] - even[0])
-    if np.any(np.abs(time - even) > UNEVEN * step):
-        first = int(np.argmax(np.abs(steps - step))) + 1
-        raise SettingError(
-            f"{sheet.where} line {sheet.lines[first]}: expected samples at even steps of time, got one after {steps[first - 1]:.4g} s"
-            f" where others take {np.median(steps):.4g} s; cut the record there"
-        )
-    return even  # the file's own are rounded
+        raise SettingError("sampling: expected none with a column of time, got both; leave one out")
+    return clock_of(sheet, heading)
 
 
 def _complete(sheet: Sheet, heading: str) -> Array:
