@@ -4,6 +4,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from ksmea.errors import SettingError
 from measurements.file import File
@@ -64,6 +65,12 @@ def test_rounded_times_of_an_even_clock_are_even(tmp_path):
     rounded = source(tmp_path / "rounded.csv", [f"{each:.3f}" for each in time], key, motion)
     assert rounded.read().values == pytest.approx(exact.read().values, rel=1e-3)
     assert not any("clock" in each for each in (*exact.remarks, *rounded.remarks))
+    savemat(tmp_path / "single.mat", {"t": (time + 100).astype(np.float32), "KPH": key, "A": motion})
+    columns = ["time=t", "keyphasor=KPH", "signal.A=A"]
+    settings = {"format": "waveform", "columns": columns, "probes": ["A@0.1@x"], "unit": "um"}
+    single = File(path=str(tmp_path / "single.mat"), **settings)  # of which steps are off by 4 % beyond 64 s
+    assert single.read().values == pytest.approx(exact.read().values, rel=1e-3)
+    assert not any("clock" in each for each in single.remarks)
 
 
 def test_times_may_be_clock_times(tmp_path):

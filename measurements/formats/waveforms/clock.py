@@ -15,6 +15,7 @@ from measurements.formats.timestamps import seconds
 from measurements.formats.unit_texts import seconds_per
 
 MOST_DECIMALS = 9  # of a time in a file, in its own unit
+LARGEST = 1e12  # of a time: seconds and even milliseconds of a calendar are less
 ROUNDED = 0.55  # of the last decimal, by which a rounded time may lie off its true value, and a little more for the fitted line
 EXACT = 1e-3  # of the last decimal: what numbers lie off it by their binary form
 SAME = 1e-4  # of a step, by which the steps of an even clock may differ
@@ -24,10 +25,11 @@ def clock_of(sheet: Sheet, heading: str) -> tuple[Array, str]:
     """The time of each sample, s, from a column, and a remark if steps are uneven. Raises `SettingError` if times do not rise."""
     stated = times_of(sheet, heading)
     unit = seconds_per(sheet.unit(heading), sheet.where)
-    if np.any(bad := ~np.isfinite(stated)):
-        line = sheet.lines[int(np.flatnonzero(bad)[0])]
+    if np.any(bad := ~(np.abs(stated) <= LARGEST)):
+        first = int(np.flatnonzero(bad)[0])
         raise SettingError(
-            f"{sheet.where} line {line}: expected a time in {shortened(heading)}, got none; cut the record there"
+            f"{sheet.where} line {sheet.lines[first]}: expected a time in {shortened(heading)}, got"
+            f" {'none' if np.isnan(stated[first]) else f'{stated[first]:g}'}; cut the record there"
         )
     if len(stated) > 1 and (even := _even(stated)) is not None:
         return even * unit, ""
@@ -58,21 +60,19 @@ def times_of(sheet: Sheet, heading: str) -> Array:
 
 def _even(time: Array) -> Array | None:
     """Even times (n,) of which the given ones are rounded; None if rounding does not explain them."""
+    if np.any(np.diff(time) < 0):
+        return None
     number = np.arange(len(time), dtype=float)
     slope, offset = np.polyfit(number, time - time[0], 1)
     even = time[0] + offset + slope * number
-    if slope <= 0:
-        return None
-    off = float(np.max(np.abs(time - even)))
-    decimals = _decimals(time)
-    last = np.finfo(np.float32).eps * float(np.max(np.abs(time))) if decimals is None else 10.0**-decimals
-    return even if off <= ROUNDED * last else None
+    return even if float(np.max(np.abs(time - even))) <= ROUNDED * _last_place(time) else None
 
 
-def _decimals(time: Array) -> int | None:
-    """With how many decimals times are written; None if with more than a file has."""
+def _last_place(time: Array) -> float:
+    """What times are rounded to: the last decimal that any of them has, or the spacing of single precision; 0 if neither."""
     for decimals in range(MOST_DECIMALS + 1):
         scaled = time * 10.0**decimals
         if np.all(np.abs(scaled - np.round(scaled)) <= EXACT):
-            return decimals
-    return None
+            return float(10.0**-decimals)
+    single = time.astype(np.float32)
+    return float(np.spacing(np.max(np.abs(single)))) if np.array_equal(single, time) else 0.0
