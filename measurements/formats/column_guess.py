@@ -7,10 +7,23 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 from measurements.formats.questions import OpenQuestion
+from measurements.formats.unit_texts import amplitude_unit, is_voltage, unit_in_heading
 
-SPEED = re.compile(r"speed|rpm|1/min|omega|drehzahl|^n\b", re.IGNORECASE)
-PHASE = re.compile(r"phase|phas\b|(?<!probe )\b(?:angle|winkel)\b|\bph\b|\bdeg|°", re.IGNORECASE)
-AMPLITUDE = re.compile(r"ampl|amp\b|\bmag|displ|\b(um|mil)\b|µm", re.IGNORECASE)
+# English, German, French, Spanish, Portuguese, Italian, Dutch, Polish, Russian, Chinese, Japanese; underscores are blanks
+SPEED = re.compile(
+    r"speed|\bspd\b|rpm|1/min|omega|drehzahl|u/min|^n\b|vitesse|tr/min|velocidad|rotação|velocità|\bgiri\b|toerental|prędkość|obroty"
+    r"|скорость|частота вращения|об/мин|转速|轉速|回転",
+    re.IGNORECASE,
+)
+PHASE = re.compile(
+    r"phase|phas\b|(?<!probe )\b(?:angle|winkel|ángulo|angolo|ângulo|hoek|kąt)\b|\bph[0-9]?\b|\bdeg|°|\bfase\b|\bfaza\b|фаза|угол|相位|相角|位相",
+    re.IGNORECASE,
+)
+AMPLITUDE = re.compile(
+    r"ampl|amp[0-9]?\b|\bmag|displ|\bdisp?\b|\bvib|\b(um|mils?)\b|µm|schwingweg|ausschlag|deplac|déplac|desplaz|desloc|ampiezza|spostamento"
+    r"|verplaatsing|przemieszczenie|амплитуда|перемещение|幅值|振幅|幅度|変位",
+    re.IGNORECASE,
+)
 Guess = Callable[[Sequence[str]], tuple[str, ...]]  # `columns` of headings, empty where these do not tell
 
 PLACEHOLDERS = ("speed=HEADING", "amplitude.NAME=HEADING", "phase.NAME=HEADING")
@@ -27,10 +40,14 @@ def guessed_columns(headings: Sequence[str]) -> tuple[str, ...]:
     ()
     >>> guessed_columns(["rpm", "DE amp", "NDE amp", "DE phase", "NDE phase"])[1:3]
     ('amplitude.DE=DE amp', 'phase.DE=DE phase')
+    >>> guessed_columns(["speed_rpm", "X_um_pp", "X_deg", "Y_um_pp", "Y_deg"])[1:3]
+    ('amplitude.X=X_um_pp', 'phase.X=X_deg')
+    >>> guessed_columns(["Drehzahl [1/min]", "Schwingweg", "Phasenwinkel"])
+    ('speed=Drehzahl [1/min]', 'amplitude=Schwingweg', 'phase=Phasenwinkel')
     """
-    phases = [each for each in headings if PHASE.search(each)]
-    speeds = [each for each in headings if SPEED.search(each) and each not in phases]
-    amplitudes = [each for each in headings if AMPLITUDE.search(each) and each not in (*phases, *speeds)]
+    phases = [each for each in headings if _means(PHASE, each)]
+    speeds = [each for each in headings if _means(SPEED, each) and each not in phases]
+    amplitudes = [each for each in headings if _is_amplitude(each) and each not in (*phases, *speeds)]
     if len(speeds) != 1 or not amplitudes or len(phases) not in (0, len(amplitudes)):
         return ()
     columns = [f"speed={speeds[0]}"]
@@ -43,6 +60,16 @@ def guessed_columns(headings: Sequence[str]) -> tuple[str, ...]:
         columns.append(f"amplitude.{name}={heading}")
         columns += [f"phase.{name}={of_phases[name]}"] if phases else []
     return tuple(columns)
+
+
+def _means(what: re.Pattern[str], heading: str) -> bool:
+    return what.search(heading.replace("_", " ")) is not None
+
+
+def _is_amplitude(heading: str) -> bool:
+    """Whether a heading speaks of a vibration, or has the unit of one."""
+    unit = unit_in_heading(heading)
+    return _means(AMPLITUDE, heading) or bool(unit and (amplitude_unit(unit) or is_voltage(unit)))
 
 
 def _by_probe(headings: Sequence[str]) -> dict[str, str]:
@@ -59,7 +86,7 @@ def _by_probe(headings: Sequence[str]) -> dict[str, str]:
 
 def _tells_content(word: str) -> bool:
     """Whether a word says what a column holds, not which probe it is of."""
-    return bool(AMPLITUDE.search(word) or PHASE.search(word))
+    return bool(AMPLITUDE.search(word) or PHASE.search(word) or amplitude_unit(word))
 
 
 def columns_question(
@@ -96,11 +123,11 @@ def guessed_waveforms(headings: Sequence[str]) -> tuple[str, ...]:
     ()
     """
     filled = [each for each in headings if each.strip()]
-    pulses = [each for each in filled if KEYPHASOR.search(each)]
-    times = [each for each in filled if TIME.search(each) and each not in pulses]
+    pulses = [each for each in filled if _means(KEYPHASOR, each)]
+    times = [each for each in filled if _means(TIME, each) and each not in pulses]
     signals = [each for each in filled if each not in (*pulses, *times)]
     names = [UNIT.sub("", each).strip() for each in signals]
-    if any(SPEED.search(each) for each in filled) or any(PHASE.search(each) for each in signals):
+    if any(_means(SPEED, each) for each in filled) or any(_means(PHASE, each) for each in signals):
         return ()
     if len(pulses) != 1 or len(times) > 1 or not 0 < len(signals) <= MOST_SIGNALS:
         return ()

@@ -29,6 +29,7 @@ class Curve:
     speed_unit: str = ""
     unit: str = ""  # of amplitudes, with the detector: 'mil pp'
     sense: str = ""  # of phases, lag or lead
+    stated_sense: str = ""  # of phases, if the file itself says it, and not the custom of its instrument
     angle: str = ""  # of the probe: '45° Right'
     position: float | None = None  # m
     direction: str = ""

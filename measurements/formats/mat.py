@@ -60,7 +60,7 @@ def read_mat(content: bytes, path: str, headings: Sequence[str]) -> Sheet:
         raise SettingError(f"{path}: expected numeric variables, got none")
     length = _length(columns, headings, path)
     chosen: dict[str, Any] = {name: column for name, column in columns.items() if len(column) == length}
-    return Sheet(path, range(1, length + 1), chosen, has_units_in_headings=False)
+    return Sheet(path, range(1, length + 1), chosen, has_brackets_in_headings=False)
 
 
 def _require_whole(content: bytes, path: str) -> None:

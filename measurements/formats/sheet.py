@@ -30,7 +30,7 @@ class Sheet:
     lines: Sequence[int]
     columns: dict[str, Sequence[Cell] | Array | ComplexArray]
     units: dict[str, str] = field(default_factory=dict)
-    has_units_in_headings: bool = True  # in brackets at their end
+    has_brackets_in_headings: bool = True  # at their end, with a unit
 
     def named(self, name: str) -> str:
         """The heading that a name means: itself, itself in other case, or #3 for the third. `SettingError` where none is."""
@@ -48,8 +48,7 @@ class Sheet:
     def unit(self, name: str) -> str:
         """The unit of a column as the file spells it; empty where it does not say."""
         heading = self.named(name)
-        in_heading = unit_in_heading(heading) if self.has_units_in_headings else ""
-        return self.units.get(heading, "") or in_heading
+        return self.units.get(heading, "") or unit_in_heading(heading, in_brackets=self.has_brackets_in_headings)
 
     def texts(self, name: str) -> list[str]:
         return [_as_text(cell) for cell in self.columns[self.named(name)]]
