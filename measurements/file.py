@@ -147,9 +147,10 @@ class File(Answers, MeasurementSource):
 
     @classmethod
     def of(cls, opened: Opened, settings: Mapping[str, Any]) -> Self:
-        """A file that is open already, with these settings: what was read of it before is not read again."""
+        """A file that is open already, with these settings: what was read of it before is not read again. It may have one speed, as
+        a run of a campaign may."""
         made = cls.__new__(cls)
-        made.__dict__["_opened"] = opened
+        made.__dict__.update(_opened=opened, _least=1)
         cls.__init__(made, path=opened.path, **settings)  # which reads it
         return made
 
@@ -201,4 +202,10 @@ class File(Answers, MeasurementSource):
 
     @cached_property
     def _run_up(self) -> RunUp:
-        return run_up(self._prepared[0], self.path, self.speed_from, self.speed_to, self.incomplete == "drop")
+        drop = self.incomplete == "drop"
+        return run_up(self._prepared[0], self.path, self.speed_from, self.speed_to, drop, self._least)
+
+    @cached_property
+    def _least(self) -> int:
+        """How many speeds there are at least."""
+        return 2

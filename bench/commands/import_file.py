@@ -99,7 +99,8 @@ def _tell(source: File, target: Path) -> None:
     data = source.read()
     rpm = [min(source.used_rows.speed), max(source.used_rows.speed)]
     channels = ", ".join(map(str, data.channels))
-    print(f"written: {visible(str(target))}: {len(data.speed)} speeds from {rpm[0]:g} to {rpm[1]:g} rpm; {channels}")
+    speeds = f"{len(data.speed)} speeds from {rpm[0]:g} to {rpm[1]:g} rpm" if rpm[0] < rpm[1] else f"{rpm[0]:g} rpm"
+    print(f"written: {visible(str(target))}: {speeds}; {channels}")
     for remark in source.remarks:
         print(f"  {visible(remark)}")
 

@@ -49,7 +49,9 @@ def _uff(opened: Opened, answers: Answers) -> list[Curve]:
 
 
 def _system1(opened: Opened, answers: Answers) -> list[Curve]:
-    return opened.once("system1", None, lambda: read_system1(opened.content(MAX_BYTES), answers))
+    return opened.once(
+        "system1", (tuple(answers.harmonics), answers.phase), lambda: read_system1(opened.content(MAX_BYTES), answers)
+    )
 
 
 def _adre(opened: Opened, answers: Answers) -> list[Curve]:
