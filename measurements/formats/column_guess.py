@@ -122,19 +122,42 @@ def guessed_waveforms(headings: Sequence[str]) -> tuple[str, ...]:
     >>> guessed_waveforms(["rpm", "amp", "phase"])
     ()
     """
-    filled = [each for each in headings if each.strip()]
-    pulses = [each for each in filled if _means(KEYPHASOR, each)]
-    times = [each for each in filled if _means(TIME, each) and each not in pulses]
-    signals = [each for each in filled if each not in (*pulses, *times)]
-    names = [UNIT.sub("", each).strip() for each in signals]
-    if any(_means(SPEED, each) for each in filled) or any(_means(PHASE, each) for each in signals):
+    pulses = [each for each in headings if _means(KEYPHASOR, each)]
+    if len(pulses) != 1 or any(_means(SPEED, each) for each in headings):
         return ()
-    if len(pulses) != 1 or len(times) > 1 or not 0 < len(signals) <= MOST_SIGNALS:
+    return _waveforms(headings, [f"keyphasor={pulses[0]}"], pulses)
+
+
+def guessed_unmarked(headings: Sequence[str]) -> tuple[str, ...]:
+    """`columns` of format=waveform without a keyphasor; empty if no heading is a time, or several are a speed.
+
+    >>> guessed_unmarked(["t_s", "speed_rpm", "A_um"])
+    ('time=t_s', 'speed=speed_rpm', 'signal.A_um=A_um')
+    """
+    speeds = [each for each in headings if _means(SPEED, each)]
+    if (
+        len(speeds) > 1
+        or not any(_means(TIME, each) for each in headings)
+        or any(_means(KEYPHASOR, h) for h in headings)
+    ):
+        return ()
+    return _waveforms(headings, [f"speed={each}" for each in speeds], speeds)
+
+
+def _waveforms(headings: Sequence[str], others: Sequence[str], used: Sequence[str]) -> tuple[str, ...]:
+    """The time, `others`, and a signal of each heading that is neither; empty if one of them is a phase, or names are not distinct."""
+    filled = [each for each in headings if each.strip()]
+    times = [each for each in filled if _means(TIME, each) and each not in used]
+    signals = [each for each in filled if each not in (*used, *times)]
+    names = [UNIT.sub("", each).strip() for each in signals]
+    if any(_means(PHASE, each) for each in signals):
+        return ()
+    if len(times) > 1 or not 0 < len(signals) <= MOST_SIGNALS:
         return ()
     if len(set(names)) < len(names) or not all(map(NAMES.fullmatch, names)):
         return ()
     return (
         *(f"time={each}" for each in times),
-        f"keyphasor={pulses[0]}",
+        *others,
         *(f"signal.{name}={heading}" for name, heading in zip(names, signals)),
     )

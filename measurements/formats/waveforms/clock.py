@@ -69,7 +69,7 @@ def _even(time: Array) -> Array | None:
 
 
 def _last_place(time: Array) -> float:
-    """What times are rounded to: the last decimal that any of them has, or the spacing of single precision; 0 if neither."""
+    """Rounding unit of times: the last decimal that any of them has, or the spacing of single precision; 0 if neither."""
     for decimals in range(MOST_DECIMALS + 1):
         scaled = time * 10.0**decimals
         if np.all(np.abs(scaled - np.round(scaled)) <= EXACT):

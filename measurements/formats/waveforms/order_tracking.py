@@ -195,7 +195,7 @@ def evened(pulses: Array) -> Array:
 
 
 def _relative_error(pulses: Array) -> float:
-    """Of a pulse time, in turns."""
+    """Error of a pulse time, in turns."""
     uneven = np.diff(pulses, 3)
     if not uneven.size:
         return 0.0

@@ -7,13 +7,17 @@ autoregressive course; ρ > 0 only).
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.units import RPM
+from measurements.formats.user_answers import VECTORS
+from measurements.formats.waveforms.order_tracking import Tracked
 
-EACH, MEAN = VECTORS = ("each", "mean")
+EACH, MEAN = VECTORS
 STEADY = 0.02  # of the mean speed, by which a steady one varies at most
 ROUNDING = 1e-9  # relative: windows that differ by less are copies of each other
 MOST_CORRELATED = 0.9
@@ -41,3 +45,23 @@ def mean_speed(speed: Array, where: str) -> float:
             " vectors=each, or cut the record"
         )
     return mean
+
+
+def without_phases(found: Tracked) -> Tracked:
+    """Amplitudes of windows whose angles have no origin, with their own noise: σ/√2 of a vector's total σ."""
+    sigma = None if found.sigma is None else found.sigma / np.sqrt(2)
+    return dataclasses.replace(found, values=np.abs(found.values).astype(complex), sigma=sigma)
+
+
+def mean_of(found: Tracked, where: str) -> Tracked:
+    """All windows of a record as one."""
+    speed = mean_speed(found.speed, where)
+    mean, sigma = mean_of_windows(found.values)
+    return dataclasses.replace(
+        found,
+        time=found.time[:1],
+        speed=np.array([speed]),
+        values=mean[None],
+        sigma=None if sigma is None else sigma[None],
+        first=found.first[:1],
+    )

@@ -9,7 +9,7 @@
     0.000,19.477
 
 `128X/16revs` is 128 samples a turn, 16 turns: sample n is at the angle 2π n/128 from the mark, whatever the times say. The vector of
-each turn is that of its discrete Fourier transform, q_h = 2/N Σ x e^{-ihθ}, zero to peak, a lead; that of an export is the mean of its
+each turn is the discrete Fourier transform, q_h = 2/N Σ x e^{-ihθ}, zero to peak, a lead; an export gives the mean of its
 turns. Points that were sampled at the same time have one speed.
 """
 
@@ -137,7 +137,7 @@ def _speed(named: Mapping[str, str], where: str) -> tuple[float, str]:
 
 
 def _at_common_speeds(vectors: Sequence[_Vector]) -> list[_Vector]:
-    """The vectors, those that were sampled together at the mean of their speeds, which differ in their last digits."""
+    """The vectors; points that were sampled together get the mean of their speeds, which differ in their last digits."""
     together: dict[str, list[float]] = {}
     for each in vectors:
         together.setdefault(each.export.named.get("timestamp", ""), []).append(each.speed)

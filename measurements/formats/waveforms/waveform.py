@@ -1,22 +1,26 @@
-"""Raw waveforms beside a keyphasor, from a text table, an Excel or .mat file or a universal file, by `columns`:
+"""Raw waveforms with a keyphasor or without, from a text table, an Excel or .mat file or a universal file, by `columns`:
 
     columns=[time=t,keyphasor=KPH,signal.1X=probe A,signal.1Y=probe B]
 
-Without `time` the `sampling` rate is needed. Vectors are those of `order_tracking`: zero to peak, a phase that leads.
+Without `time` the `sampling` rate is needed. `order_tracking` makes the vectors: zero to peak, a phase that leads. Without a
+keyphasor the speed is that of a column (`speed=n`), `constant_speed`, or the strongest vibration in `speed_band`; then there are
+amplitudes alone.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import re
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError, shortened, unknown
 from ksmea.units import RPM
-from measurements.formats.column_guess import columns_question, guessed_waveforms
+from measurements.formats.column_guess import columns_question, guessed_unmarked, guessed_waveforms
 from measurements.formats.curve import Curve
 from measurements.formats.excel import ZIP, first_rows, read_excel
 from measurements.formats.lazy_file import Opened
@@ -25,12 +29,19 @@ from measurements.formats.questions import OpenQuestion
 from measurements.formats.sheet import Sheet, first_cells, read_delimited
 from measurements.formats.texts import beginning_of
 from measurements.formats.uff import waveforms_of_uff
+from measurements.formats.unit_texts import SPEED_UNITS, speed_unit
 from measurements.formats.user_answers import Answers
 from measurements.formats.waveforms.clock import clock_of
 from measurements.formats.waveforms.keyphasor import mark_of
 from measurements.formats.waveforms.order_tracking import Tracked, tracked
+from measurements.formats.waveforms.steady import MEAN, mean_of, without_phases
+from measurements.formats.waveforms.unmarked import speed_in_vibration, turns_at
 
-TIME, KEYPHASOR, SIGNAL = "time", "keyphasor", "signal"
+TIME, KEYPHASOR, SPEED, SIGNAL = "time", "keyphasor", "speed", "signal"
+ALONE = (
+    "amplitudes alone; phases, which need a mark, would add harmonics, slow-roll subtraction, unknown weights and balancing in several"
+    " planes"
+)
 MOST_BYTES = 256 * 2**20  # of a file: five million samples of four channels in text
 MAX_SAMPLES = 5_000_000  # rows of a text or an Excel sheet
 ANY_RATE = 1000.0  # Hz, with which the rest of a file can be looked at
@@ -39,7 +50,7 @@ UNIVERSAL = re.compile(rb"^ *-1 *\r?\n", re.MULTILINE)
 
 
 def read_waveform(opened: Opened, answers: Answers) -> list[Curve]:
-    """The probes of a file with waveforms, each at each harmonic that is asked for."""
+    """The probes of a file with waveforms, each at each harmonic in the settings."""
     if answers.phase in ("lag", "lead"):
         raise SettingError(
             f"phase: expected none with format=waveform, whose phases are computed here, got {answers.phase}"
@@ -60,20 +71,90 @@ def read_waveform(opened: Opened, answers: Answers) -> list[Curve]:
             tuple(answers.harmonics),
             answers.revolutions,
             answers.keyphasor_edge,
+            answers.constant_speed,
+            tuple(answers.speed_band),
+            answers.speed_unit,
+            answers.vectors,
         ),
         lambda: _tracked(sheet, columns, answers),
     )
 
 
 def _tracked(sheet: Sheet, columns: dict[str, str], answers: Answers) -> list[Curve]:
-    time, remark = _time(sheet, columns.get(TIME), answers)
+    time, clock = _time(sheet, columns.get(TIME), answers)
     names = [role.removeprefix(f"{SIGNAL}.") for role in columns if role.startswith(f"{SIGNAL}.")]
     headings = [columns[f"{SIGNAL}.{name}"] for name in names]
     signals = np.stack([_complete(sheet, heading) for heading in headings], axis=1)
-    mark = mark_of(time, _complete(sheet, columns[KEYPHASOR]), answers.keyphasor_edge)
-    found = tracked(time, signals, mark.time, tuple(answers.harmonics), answers.revolutions)
+    turns, remark = _turns(sheet, columns, time, signals, answers)
+    found = tracked(time, signals, turns, tuple(answers.harmonics), answers.revolutions)
+    notes = [clock, remark, _gaps(found)]
+    has_phase = KEYPHASOR in columns
+    if not has_phase:
+        found = without_phases(found)
+    if answers.vectors == MEAN:
+        notes.append(
+            f"mean of {len(found.time)} windows of {answers.revolutions} turns, with its standard error as noise"
+        )
+        found = mean_of(found, sheet.where)
     units = {name: sheet.unit(heading) for name, heading in zip(names, headings)}
-    return _curves(found, sheet, units, answers.harmonics, tuple(filter(None, (remark, mark.remark, _gaps(found)))))
+    curves = _curves(found, sheet, units, answers.harmonics, has_phase=has_phase)
+    own: dict[str, Any] = {"notes": tuple(filter(None, notes))}
+    if SPEED in columns and answers.speed_unit:  # that of the column is the unit of its curves, too
+        own |= {"speed_unit": answers.speed_unit, "speed": found.speed / SPEED_UNITS[answers.speed_unit]}
+    return [dataclasses.replace(each, **own) for each in curves]
+
+
+def _turns(sheet: Sheet, columns: dict[str, str], time: Array, signals: Array, answers: Answers) -> tuple[Array, str]:
+    """Times (n_turn + 1,) s at which turns begin, and how they are known."""
+    given = [name for name in (KEYPHASOR, SPEED) if name in columns]
+    given += [name for name in ("constant_speed", "speed_band") if getattr(answers, name)]
+    if len(given) > 1:
+        raise SettingError(
+            f"columns: expected one of a keyphasor and a speed, got {', '.join(given)}; leave all but one out"
+        )
+    if columns.get(KEYPHASOR):
+        mark = mark_of(time, _complete(sheet, columns[KEYPHASOR]), answers.keyphasor_edge)
+        return mark.time, mark.remark
+    if answers.harmonics != [1.0]:
+        raise SettingError(
+            f"harmonics: expected 1 alone without a keyphasor, got {answers.harmonics}; harmonics need phases"
+        )
+    if SPEED in columns:
+        unit = _unit_of_speed(sheet, columns[SPEED], answers)
+        speed = _complete(sheet, columns[SPEED]) * SPEED_UNITS[unit]
+        return turns_at(
+            time, speed, sheet.where
+        ), f"no keyphasor: speed from {shortened(columns[SPEED])} in {unit}; {ALONE}"
+    if answers.constant_speed is not None:
+        speed = np.full(len(time), answers.constant_speed * RPM)
+        return turns_at(time, speed, sheet.where), f"no keyphasor: {answers.constant_speed:g} rpm throughout; {ALONE}"
+    if answers.speed_band:
+        low, high = answers.speed_band
+        speed = speed_in_vibration(time, signals, low * RPM, high * RPM)
+        remark = (
+            f"no keyphasor: speed of the strongest vibration from {low:g} to {high:g} rpm, {np.min(speed) / RPM:.5g} to"
+        )
+        return turns_at(time, speed, sheet.where), f"{remark} {np.max(speed) / RPM:.5g} rpm; {ALONE}"
+    raise SettingError(
+        f"{sheet.where}: expected a keyphasor, or how the speed is known without one, got neither; give columns=[keyphasor=heading],"
+        " columns=[speed=heading], constant_speed=RPM or speed_band=[LOWEST,HIGHEST]; all but the first give amplitudes alone"
+    )
+
+
+def _unit_of_speed(sheet: Sheet, heading: str, answers: Answers) -> str:
+    said = speed_unit(sheet.unit(heading))
+    if said and answers.speed_unit and said != answers.speed_unit:
+        raise SettingError(
+            f"{sheet.where}: expected speed_unit={said}, which {shortened(heading)} says, got {answers.speed_unit}; leave it out"
+        )
+    if not said and not answers.speed_unit:
+        raise OpenQuestion(
+            f"{sheet.where}: the file does not say what speed_unit {shortened(heading)} has; give speed_unit=rpm, Hz or rad/s",
+            "speed_unit",
+            ("RPM_HZ_OR_RAD/S",),
+            "rpm",
+        )
+    return said or str(answers.speed_unit)
 
 
 def _gaps(found: Tracked) -> str:
@@ -87,7 +168,8 @@ def _gaps(found: Tracked) -> str:
 def _which_columns(content: bytes, answers: Answers) -> OpenQuestion:
     """The question which columns are what, as far as the file tells their headings."""
     said = f"{answers.path}: expected to be told which column is the keyphasor and which are waveforms, got nothing; give columns"
-    said += "=[time=heading,keyphasor=heading,signal.NAME=heading,…] (without time where a sampling rate is given)"
+    said += "=[time=heading,keyphasor=heading,signal.NAME=heading,…] (without time if a sampling rate is given; with speed=heading or none"
+    said += " of the two if there is no keyphasor)"
     path = answers.path
     lines: Iterable[Sequence[str]]
     if content.startswith(ZIP):
@@ -98,7 +180,9 @@ def _which_columns(content: bytes, answers: Answers) -> OpenQuestion:
         lines = [list(waveforms_of_uff(content, path).columns)]
     else:
         lines = first_cells(beginning_of(content, path), path)
-    return columns_question(said, lines, guessed_waveforms, PLACEHOLDERS)
+    lines = list(lines)
+    has_mark = any(map(guessed_waveforms, lines))
+    return columns_question(said, lines, guessed_waveforms if has_mark else guessed_unmarked, PLACEHOLDERS)
 
 
 def _columns(texts: Sequence[str]) -> dict[str, str]:
@@ -109,14 +193,14 @@ def _columns(texts: Sequence[str]) -> dict[str, str]:
         role = role.strip()
         if not separator or not heading.strip():
             raise SettingError(f"columns: expected role=heading, such as keyphasor=KPH, got {shortened(repr(text))}")
-        if role not in (TIME, KEYPHASOR) and not re.fullmatch(rf"{SIGNAL}\.\S.*", role):
-            raise unknown("role in columns:", role, (TIME, KEYPHASOR, f"{SIGNAL}.NAME"))
+        if role not in (TIME, KEYPHASOR, SPEED) and not re.fullmatch(rf"{SIGNAL}\.\S.*", role):
+            raise unknown("role in columns:", role, (TIME, KEYPHASOR, SPEED, f"{SIGNAL}.NAME"))
         if role in found:
             raise SettingError(f"columns: expected each role once, got {shortened(role)} twice; remove one")
         found[role] = heading.strip()
-    if KEYPHASOR not in found or not any(role.startswith(SIGNAL) for role in found):
+    if not any(role.startswith(SIGNAL) for role in found):
         raise SettingError(
-            "columns: expected keyphasor=HEADING and signal.NAME=HEADING with format=waveform, got"
+            "columns: expected signal.NAME=HEADING with format=waveform, and keyphasor=HEADING if there is one, got"
             f" {', '.join(found) or 'none'}; add them"
         )
     return found
@@ -182,9 +266,9 @@ def _complete(sheet: Sheet, heading: str) -> Array:
 
 
 def _curves(
-    found: Tracked, sheet: Sheet, units: dict[str, str], harmonics: Sequence[float], notes: tuple[str, ...]
+    found: Tracked, sheet: Sheet, units: dict[str, str], harmonics: Sequence[float], *, has_phase: bool
 ) -> list[Curve]:
-    """The vectors of each signal (its unit by its name) at each harmonic."""
+    """The vectors of each signal (its unit by its name) at each harmonic, or their amplitudes."""
     return [
         Curve(
             name,
@@ -192,14 +276,13 @@ def _curves(
             [int(sheet.lines[first]) for first in found.first],
             found.speed / RPM,
             np.abs(found.values[:, number, order]),
-            phase=np.angle(found.values[:, number, order], deg=True),
+            phase=np.angle(found.values[:, number, order], deg=True) if has_phase else None,
             sigma=None if found.sigma is None else found.sigma[:, number, order],
             time=found.time,
             speed_unit="rpm",
             unit=f"{unit} 0pk".strip(),
-            sense="lead",
+            sense="lead" if has_phase else "",
             harmonic=harmonic,
-            notes=notes,
         )
         for number, (name, unit) in enumerate(units.items())
         for order, harmonic in enumerate(harmonics)
