@@ -94,9 +94,14 @@ def columns_question(
     lines: Iterable[Sequence[str]],
     guess: Guess = guessed_columns,
     placeholders: tuple[str, ...] = PLACEHOLDERS,
+    *,
+    is_plain: bool = False,
 ) -> OpenQuestion:
     """The question what columns hold, with what the headings suggest: those of the first of some lines that suggest anything, or
-    else the `placeholders`."""
+    else the `placeholders`. With `is_plain` the file has no headings, and columns have numbers."""
+    if is_plain:
+        numbered = tuple(each.replace("HEADING", "#NUMBER") for each in placeholders)
+        return OpenQuestion(f"{said}; the file has no headings: columns are #1, #2, …", "columns", numbered, None)
     guessed = next(filter(None, map(guess, lines)), ())
     suggested = (
         "; the headings suggest those below, check them"

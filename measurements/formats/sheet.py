@@ -13,7 +13,15 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.column_guess import columns_question
-from measurements.formats.texts import SEPARATORS, has_decimal_commas, number, rows_of_cells, text_of
+from measurements.formats.texts import (
+    BLANKS,
+    SEPARATORS,
+    has_decimal_commas,
+    is_data,
+    number,
+    rows_of_cells,
+    text_of,
+)
 from measurements.formats.unit_texts import PHASES, TIMES, amplitude_unit, speed_unit, unit_in_heading
 from measurements.run_up_rows import MAX_ROWS, REQUIRED
 
@@ -144,7 +152,7 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
     """The table below the first line that has all of these headings; those of the project's own file where none are given.
     Lines that begin with # are remarks, and what stands above the headings is left alone."""
     text = text_of(content, path)
-    for separator in SEPARATORS:
+    for separator in (*SEPARATORS, BLANKS):
         table = _table(text, separator, path, list(headings), most_rows)
         if table is not None:
             return table
@@ -155,12 +163,25 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
     )
     if headings:
         raise SettingError(said)
-    raise columns_question(f"{said}; give columns=[role=heading,…]", first_cells(text, path))
+    raise columns_question(
+        f"{said}; give columns=[role=heading,…]", first_cells(text, path), is_plain=has_no_headings(text, path)
+    )
+
+
+def has_no_headings(text: str, path: str) -> bool:
+    """Whether the first line that is no remark holds values: a logger's file whose columns are known by their number."""
+    for separator in (*SEPARATORS, BLANKS):
+        for _, cells in rows_of_cells(text, separator, path):
+            if not cells[0].startswith("#"):
+                if len(cells) > 1 and is_data(cells):
+                    return True
+                break
+    return False
 
 
 def first_cells(text: str, path: str) -> Iterator[list[str]]:
     """The first lines that are no remarks, cut by each separator in turn."""
-    for separator in SEPARATORS:
+    for separator in (*SEPARATORS, BLANKS):
         for _, cells in islice(rows_of_cells(text, separator, path), MOST_LINES):
             if not cells[0].startswith("#"):
                 yield cells
@@ -174,9 +195,12 @@ def _table(text: str, separator: str, path: str, headings: list[str], most_rows:
         if cells[0].startswith("#") and not _is_header(cells, headings):
             continue
         if rows is None:
-            if _is_header(cells, headings):
-                require_distinct(cells, f"{path} line {line}")
-                rows = SheetRows(path, cells, most_rows)
+            if _is_header(cells, headings) and (separator != BLANKS or is_data(cells) or not _by_number(headings)):
+                if not (plain := _by_number(headings) and is_data(cells)):
+                    require_distinct(cells, f"{path} line {line}")
+                rows = SheetRows(path, [f"#{n}" for n in range(1, len(cells) + 1)] if plain else cells, most_rows)
+                if plain:
+                    rows.add(line, cells)
             continue
         n = len(rows.names)
         if len(cells) > n and not any(cells[n:]):
@@ -189,6 +213,10 @@ def _table(text: str, separator: str, path: str, headings: list[str], most_rows:
     if (sheet := rows.sheet()) is None:
         raise SettingError(f"{path}: expected rows below the header, got none")
     return sheet
+
+
+def _by_number(headings: Sequence[str]) -> bool:
+    return bool(headings) and all(PLAIN_NUMBER.fullmatch(each) for each in headings)
 
 
 def _is_header(cells: Sequence[str], headings: Sequence[str]) -> bool:

@@ -26,8 +26,8 @@ from measurements.formats.excel import ZIP, first_rows, read_excel
 from measurements.formats.lazy_file import Opened
 from measurements.formats.mat import HDF5, read_mat
 from measurements.formats.questions import OpenQuestion
-from measurements.formats.sheet import Sheet, first_cells, read_delimited
-from measurements.formats.texts import beginning_of
+from measurements.formats.sheet import Sheet, first_cells, has_no_headings, read_delimited
+from measurements.formats.texts import beginning_of, is_data
 from measurements.formats.uff import waveforms_of_uff
 from measurements.formats.unit_texts import SPEED_UNITS, speed_unit
 from measurements.formats.user_answers import Answers
@@ -179,7 +179,10 @@ def _which_columns(content: bytes, answers: Answers) -> OpenQuestion:
     elif UNIVERSAL.match(content):
         lines = [list(waveforms_of_uff(content, path).columns)]
     else:
-        lines = first_cells(beginning_of(content, path), path)
+        text = beginning_of(content, path)
+        if has_no_headings(text, path):
+            raise columns_question(said, (), placeholders=PLACEHOLDERS, is_plain=True)
+        lines = first_cells(text, path)
     lines = list(lines)
     has_mark = any(map(guessed_waveforms, lines))
     return columns_question(said, lines, guessed_waveforms if has_mark else guessed_unmarked, PLACEHOLDERS)
@@ -222,6 +225,8 @@ def _fast(content: bytes, path: str, headings: Sequence[str]) -> Sheet | None:
     """A plain text of numbers below one line of headings in UTF-8, which most long records are; None where it is anything
     else, which is read cell by cell."""
     head, _, body = content.partition(b"\n")
+    if all(each.startswith("#") for each in headings):
+        return _plain(content, path)
     for separator in (",", "\t", ";"):
         names = [name.strip() for name in head.decode("utf-8-sig", "replace").strip().split(separator)]
         if len(names) > 1 and set(headings) <= set(names) and len(set(names)) == len(names) and b'"' not in head:
@@ -233,6 +238,23 @@ def _fast(content: bytes, path: str, headings: Sequence[str]) -> Sheet | None:
             if values.shape[1] != len(names) or not np.all(np.isfinite(values)) or len(values) > MAX_SAMPLES:
                 return None
             return Sheet(path, range(2, len(values) + 2), {name: values[:, at] for at, name in enumerate(names)})
+    return None
+
+
+def _plain(content: bytes, path: str) -> Sheet | None:
+    """A text of numbers alone, without headings; None if it is anything else."""
+    first = content.partition(b"\n")[0].decode("utf-8-sig", "replace").strip()
+    for separator in (",", "\t", ";", None):
+        n = len(first.split(separator))
+        if n > 1 and is_data([cell.strip() for cell in first.split(separator)]):
+            try:
+                with io.BytesIO(content) as text:
+                    values = np.loadtxt(text, delimiter=separator, ndmin=2, comments=None)
+            except ValueError:
+                return None
+            if values.shape[1] != n or not np.all(np.isfinite(values)) or len(values) > MAX_SAMPLES:
+                return None
+            return Sheet(path, range(1, len(values) + 1), {f"#{at + 1}": values[:, at] for at in range(n)})
     return None
 
 
