@@ -14,7 +14,16 @@ from measurements.formats.texts import SEPARATORS, beginning_of
 from measurements.formats.user_answers import OWN
 from measurements.run_up_rows import REQUIRED
 
-ENDINGS = {".csv": "csv", ".txt": "csv", ".xlsx": "excel", ".mat": "mat", ".uff": "uff", ".unv": "uff"}
+ENDINGS = {
+    ".csv": "csv",
+    ".txt": "csv",
+    ".xlsx": "excel",
+    ".xls": "excel",
+    ".tdms": "tdms",
+    ".mat": "mat",
+    ".uff": "uff",
+    ".unv": "uff",
+}
 BY_HEADINGS, BY_NAME = "its headings suggest", "its name suggests"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -118,6 +118,22 @@ class SheetRows:
             name: [row[index] for row in self._rows] for index, name in enumerate(self.names) if name
         }
         return Sheet(self._where, self._lines, columns, self._units)
+
+
+def common_length(columns: Mapping[str, Sized], headings: Sequence[str], path: str, cure: str) -> int:
+    """The length of the columns that are named, or of most; `SettingError` with the `cure` if named ones differ."""
+    for heading in headings:
+        if heading not in columns:
+            continue
+        for other in headings:
+            if other in columns and len(columns[other]) != len(columns[heading]):
+                raise SettingError(
+                    f"{path}: expected columns of one length, got {len(columns[heading])} in {shortened(heading)} and"
+                    f" {len(columns[other])} in {shortened(other)}; {cure}"
+                )
+        return len(columns[heading])
+    lengths = [len(column) for column in columns.values()]
+    return max(set(lengths), key=lambda each: (lengths.count(each), each))
 
 
 def require_distinct(names: Sequence[str], where: str) -> None:

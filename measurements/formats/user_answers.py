@@ -13,7 +13,7 @@ from ksmea.settings.settings import Settings, setting
 from measurements.formats.unit_texts import DETECTORS, SCALED, SPEED_UNITS, UNITS, is_voltage
 
 OWN = "run_up"  # the project's own CSV file, which leaves nothing open
-FORMATS = (OWN, "csv", "excel", "mat", "uff", "system1", "adre", "waveform")
+FORMATS = (OWN, "csv", "excel", "mat", "tdms", "uff", "system1", "adre", "waveform")
 SENSES = ("lag", "lead", "none")
 ROTATIONS = ("ccw", "cw")
 KEYPHASOR_EDGES = ("rising", "falling")
@@ -28,7 +28,7 @@ class Answers(Settings):
     path: str = setting("", "the file; docs/examples/run_up.csv shows the columns and units of the project's own")
     format: str = setting(
         OWN,
-        "what wrote the file: the project's own columns, any table (csv, excel, mat), a universal file (58, 58b), an export"
+        "what wrote the file: the project's own columns, any table (csv, excel, mat, tdms), a universal file (58, 58b), an export"
         " of System 1 or ADRE, or waveforms with a keyphasor; docs/own_data.md",
         choices=FORMATS,
     )

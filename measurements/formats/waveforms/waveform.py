@@ -20,15 +20,16 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import SettingError, shortened, unknown
 from ksmea.units import RPM
+from measurements.formats.binary.excel import EXCEL, first_rows, read_excel
+from measurements.formats.binary.mat import HDF5, read_mat
+from measurements.formats.binary.tdms import MAGIC, read_tdms
+from measurements.formats.binary.uff import waveforms_of_uff
 from measurements.formats.column_guess import columns_question, guessed_unmarked, guessed_waveforms
 from measurements.formats.curve import Curve
-from measurements.formats.excel import ZIP, first_rows, read_excel
 from measurements.formats.lazy_file import Opened
-from measurements.formats.mat import HDF5, read_mat
 from measurements.formats.questions import OpenQuestion
 from measurements.formats.sheet import Sheet, first_cells, has_no_headings, read_delimited
 from measurements.formats.texts import beginning_of, is_data
-from measurements.formats.uff import waveforms_of_uff
 from measurements.formats.unit_texts import SPEED_UNITS, speed_unit
 from measurements.formats.user_answers import Answers
 from measurements.formats.waveforms.clock import clock_of
@@ -172,12 +173,14 @@ def _which_columns(content: bytes, answers: Answers) -> OpenQuestion:
     said += " of the two if there is no keyphasor)"
     path = answers.path
     lines: Iterable[Sequence[str]]
-    if content.startswith(ZIP):
+    if content.startswith(EXCEL):
         lines = first_rows(content, path, answers.sheet, guessed_waveforms)
     elif content.startswith(b"MATLAB") or HDF5 in content[:1024]:
         lines = [list(read_mat(content, path, ()).columns)]
     elif UNIVERSAL.match(content):
         lines = [list(waveforms_of_uff(content, path).columns)]
+    elif content.startswith(MAGIC):
+        lines = [list(read_tdms(content, path, ()).columns)]
     else:
         text = beginning_of(content, path)
         if has_no_headings(text, path):
@@ -212,12 +215,14 @@ def _columns(texts: Sequence[str]) -> dict[str, str]:
 def _sheet(content: bytes, answers: Answers, headings: Sequence[str]) -> Sheet:
     """The columns of whatever file it is, by how that begins."""
     path = answers.path
-    if content.startswith(ZIP):
+    if content.startswith(EXCEL):
         return read_excel(content, path, answers.sheet, headings, MAX_SAMPLES)
     if content.startswith(b"MATLAB") or HDF5 in content[:1024]:
         return read_mat(content, path, headings)
     if UNIVERSAL.match(content):
         return waveforms_of_uff(content, path)
+    if content.startswith(MAGIC):
+        return read_tdms(content, path, headings)
     return _fast(content, path, headings) or read_delimited(content, path, headings, MAX_SAMPLES)
 
 

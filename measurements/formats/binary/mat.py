@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat
 
-from ksmea.errors import SettingError, shortened
-from measurements.formats.sheet import Sheet
+from ksmea.errors import SettingError
+from measurements.formats.sheet import Sheet, common_length
 from measurements.run_up_rows import MAX_BYTES, quoted
 
 HEADER = 128  # bytes; the last two say in which order those of a number stand
@@ -58,7 +58,7 @@ def read_mat(content: bytes, path: str, headings: Sequence[str]) -> Sheet:
         )
     if not columns:
         raise SettingError(f"{path}: expected numeric variables, got none")
-    length = _length(columns, headings, path)
+    length = common_length(columns, headings, path, "cut them in MATLAB")
     chosen: dict[str, Any] = {name: column for name, column in columns.items() if len(column) == length}
     return Sheet(path, range(1, length + 1), chosen, has_brackets_in_headings=False)
 
@@ -96,22 +96,6 @@ def _require_stream(body: bytes, path: str) -> None:
         raise SettingError(
             f"{path}: expected whole variables of at most {8 * MAX_BYTES >> 20} MB, got {got}; save what is needed again"
         )
-
-
-def _length(columns: dict[str, np.ndarray], headings: Sequence[str], path: str) -> int:
-    """The common length of the columns that are named."""
-    for heading in headings:
-        if heading not in columns:
-            continue
-        for other in headings:
-            if other in columns and len(columns[other]) != len(columns[heading]):
-                raise SettingError(
-                    f"{path}: expected columns of one length, got {len(columns[heading])} in {shortened(heading)} and"
-                    f" {len(columns[other])} in {shortened(other)}; cut them in MATLAB"
-                )
-        return len(columns[heading])
-    lengths = [len(column) for column in columns.values()]
-    return max(set(lengths), key=lambda each: (lengths.count(each), each))
 
 
 def _columns(variables: dict[str, Any], prefix: str = "", depth: int = 1) -> Iterator[tuple[str, np.ndarray]]:
