@@ -103,6 +103,38 @@ def test_a_steady_record_with_a_mark_is_one_vector(tmp_path):
     assert data.noise.floor[0, 0] * 1e6 == pytest.approx(noise, rel=0.3)
 
 
+def test_records_at_steady_speeds_become_one_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    time = np.arange(12_000) / RATE
+    columns = [word for each in ("time=t", "keyphasor=KPH", SIGNAL) for word in ("--column", each)]
+    words = ["--format", "waveform", *columns, "--probe", "A@0.1@x", "--vectors", "mean"]
+    expected = {}
+    for number, frequency in enumerate((23.17, 11.3, 31.9)):
+        turns, vector = frequency * time, frequency * np.exp(0.1j * frequency)
+        motion = (vector * np.exp(2j * np.pi * turns)).real + 0.1 * np.random.default_rng(number).standard_normal(
+            len(time)
+        )
+        key = np.where((turns + 0.2) % 1 < 0.05, 1.0, 0.0)
+        np.savetxt(
+            f"hold_{number}.csv", np.stack([time, key, motion], axis=1), "%.9g", ",", header="t,KPH,A (um)", comments=""
+        )
+        expected[frequency] = vector * np.exp(-0.4j * np.pi)
+    assert main.run(["import", "hold_0.csv", "hold_1.csv", "hold_2.csv", *words]) == 2
+    assert "import hold_0.csv hold_1.csv hold_2.csv --format" in capsys.readouterr().err
+    assert main.run(["import", "hold_0.csv", "hold_1.csv", "hold_2.csv", *words, "--out", "run.csv"]) == 0
+    assert "3 speeds from 3 files" in capsys.readouterr().out
+    data = File(path="run.csv").read()
+    assert data.speed / 2 / np.pi == pytest.approx(sorted(expected), rel=1e-4)
+    # half a sample of 125 in the fastest turn
+    np.testing.assert_allclose(data.values[:, 0] * 1e6, [expected[each] for each in sorted(expected)], rtol=0.03)
+    assert (
+        data.noise is not None
+        and "# Imported from hold_0.csv, hold_1.csv, hold_2.csv" in (tmp_path / "run.csv").read_text()
+    )
+    assert main.run(["import", "hold_0.csv", "hold_0.csv", *words, "--out", "twice.csv"]) == 2
+    assert "expected each speed and channel once" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("columns", "settings", "said"),
     [

@@ -18,6 +18,7 @@ from ksmea.arrays import Array, Indices
 from ksmea.errors import SettingError
 from ksmea.units import RPM, TURN
 
+SAMPLES_A_TURN = 16  # of the highest speed
 PERIODS = 10  # of the middle of the band, in a window
 STEP = 0.25  # of a window, from one to the next
 PADDED = 8  # times as long as the window, with zeros
@@ -42,8 +43,14 @@ def speed_in_vibration(time: Array, signals: Array, lowest: float, highest: floa
     """The speed (n_sample,) rad/s between two speeds at which signals (n_sample, n_signal) vibrate most. Raises `SettingError` if
     the record is too short or nothing stands out."""
     rate = (len(time) - 1) / (time[-1] - time[0])
-    even = np.linspace(time[0], time[-1], len(time))
-    waves = np.stack([np.interp(even, time, each) for each in signals.T])
+    block = max(
+        int(rate * TURN / (SAMPLES_A_TURN * highest)), 1
+    )  # of samples that are averaged: more are of no use here
+    n = len(time) // block
+    means = [each[: n * block].reshape(n, block).mean(axis=1) for each in (time, *signals.T)]
+    even = np.linspace(means[0][0], means[0][-1], n)
+    waves = np.stack([np.interp(even, means[0], each) for each in means[1:]])
+    rate /= block
     length = int(PERIODS * TURN / np.sqrt(lowest * highest) * rate)
     starts = np.arange(0, len(even) - length + 1, max(int(STEP * length), 1))
     if highest * 2 > np.pi * rate:
