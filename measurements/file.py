@@ -57,6 +57,10 @@ from measurements.shared_speeds import at_shared_speeds
 from measurements.slow_roll import SUBTRACTED, without_slow_roll
 from measurements.sweeps import ANY, require_one_way, rows_of_sweep
 
+AMPLITUDES_ALONE = (
+    "amplitudes alone: phases would add a second number to each, the angle of the unbalance from the mark, harmonics, subtraction of slow"
+    " roll, differences between runs, unknown weights and balancing in several planes"
+)
 HAS_NO_SLOW_ROLL = re.compile(rf"^\s*#\s*{SUBTRACTED}", re.MULTILINE)
 
 
@@ -115,7 +119,8 @@ class File(Answers, MeasurementSource):
     @property
     def remarks(self) -> tuple[str, ...]:
         """What was decided of the file and left out of it, in words."""
-        return (*self._prepared[1], *self._run_up.remarks)
+        alone = () if self.kind == "complex" else (AMPLITUDES_ALONE,)
+        return (*self._prepared[1], *self._run_up.remarks, *alone)
 
     @property
     def used_rows(self) -> Rows:

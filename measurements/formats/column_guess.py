@@ -28,6 +28,7 @@ Guess = Callable[[Sequence[str]], tuple[str, ...]]  # `columns` of headings, emp
 
 PLACEHOLDERS = ("speed=HEADING", "amplitude.NAME=HEADING", "phase.NAME=HEADING")
 WORD = re.compile(r"[^\W_]+")
+KIND_BEFORE_NUMBER = re.compile(r"^(?:ampl?|mag|disp|vib|a|phase?|phas|ph|p|lag|lead)(?=[0-9])", re.IGNORECASE)
 HARMONIC = re.compile(r"[0-9]*[0-9½]x", re.IGNORECASE)
 
 
@@ -54,6 +55,8 @@ def guessed_columns(headings: Sequence[str]) -> tuple[str, ...]:
     if len(amplitudes) == 1:
         return (*columns, f"amplitude={amplitudes[0]}", *(f"phase={each}" for each in phases))
     of_amplitudes, of_phases = _by_probe(amplitudes), _by_probe(phases)
+    if not of_amplitudes or (phases and of_phases.keys() != of_amplitudes.keys()):  # A1 and ph1 are of the probe 1
+        of_amplitudes, of_phases = (_by_probe(each, KIND_BEFORE_NUMBER) for each in (amplitudes, phases))
     if not of_amplitudes or (phases and of_phases.keys() != of_amplitudes.keys()):
         return ()
     for name, heading in of_amplitudes.items():
@@ -72,9 +75,12 @@ def _is_amplitude(heading: str) -> bool:
     return _means(AMPLITUDE, heading) or bool(unit and (amplitude_unit(unit) or is_voltage(unit)))
 
 
-def _by_probe(headings: Sequence[str]) -> dict[str, str]:
-    """Headings of one kind by the words that only some of them have; empty where these are no names of probes, or stand twice."""
+def _by_probe(headings: Sequence[str], left_out: re.Pattern[str] | None = None) -> dict[str, str]:
+    """Headings of one kind by the words that only some of them have, without what is left out of them; empty if these are no names of
+    probes, or stand twice."""
     words = [WORD.findall(heading) for heading in headings]
+    if left_out is not None:
+        words = [[left_out.sub("", word) for word in each] for each in words]
     count = Counter(word for each in words for word in set(each))
     names = [
         " ".join(word for word in each if count[word] < len(headings) and not _tells_content(word)) for each in words
@@ -137,7 +143,7 @@ def guessed_unmarked(headings: Sequence[str]) -> tuple[str, ...]:
     """`columns` of format=waveform without a keyphasor; empty if no heading is a time, or several are a speed.
 
     >>> guessed_unmarked(["t_s", "speed_rpm", "A_um"])
-    ('time=t_s', 'speed=speed_rpm', 'signal.A_um=A_um')
+    ('time=t_s', 'speed=speed_rpm', 'signal.A=A_um')
     """
     speeds = [each for each in headings if _means(SPEED, each)]
     if (
@@ -149,12 +155,18 @@ def guessed_unmarked(headings: Sequence[str]) -> tuple[str, ...]:
     return _waveforms(headings, [f"speed={each}" for each in speeds], speeds)
 
 
+def _without_unit(heading: str) -> str:
+    words = unit_in_heading(heading, in_brackets=False).split()
+    tail = "".join(rf"[\s_.]+{re.escape(word)}" for word in words)
+    return re.sub(rf"{tail}\s*$", "", UNIT.sub("", heading)).strip()
+
+
 def _waveforms(headings: Sequence[str], others: Sequence[str], used: Sequence[str]) -> tuple[str, ...]:
     """The time, `others`, and a signal of each heading that is neither; empty if one of them is a phase, or names are not distinct."""
     filled = [each for each in headings if each.strip()]
     times = [each for each in filled if _means(TIME, each) and each not in used]
     signals = [each for each in filled if each not in (*used, *times)]
-    names = [UNIT.sub("", each).strip() for each in signals]
+    names = [_without_unit(each) for each in signals]
     if any(_means(PHASE, each) for each in signals):
         return ()
     if len(times) > 1 or not 0 < len(signals) <= MOST_SIGNALS:

@@ -93,6 +93,14 @@ def test_pulses_that_are_known_well_are_left_as_they_are():
     assert np.std((np.diff(evened(uneven)) - np.diff(even))[20:-20]) < 0.1 * np.std(np.diff(uneven) - np.diff(even))
 
 
+def test_speeds_that_coincide_are_no_repeats():
+    """Ten turns of 50 samples each: equal speeds in all digits, of rows at ten times."""
+    time = np.arange(600) / 1000
+    pulses = np.arange(1, 12) * 0.05
+    found = tracked(time, np.cos(40 * np.pi * time)[:, None], pulses, (1.0,))
+    assert len(set(found.speed.tolist())) == 10 and found.speed == pytest.approx(np.full(10, 40 * np.pi), rel=1e-7)
+
+
 def test_a_drifting_gap_does_not_leak_into_1x():
     """A drift of 1 µm a turn would leave 1/π µm in each vector; of a line through constants nothing is left but at the ends."""
     time, keyphasor, signals, vectors = sampled()

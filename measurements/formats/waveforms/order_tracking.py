@@ -39,6 +39,7 @@ from measurements.formats.waveforms.keyphasor import IRREGULAR
 ALONG = (1.0, 2.0, 3.0)  # harmonics that are fitted in any case
 SAMPLES_PER_UNKNOWN = 2  # in each window, at least
 FEWEST_PULSES = 4  # that a cubic goes through
+APART = 1e-9  # relative: far below the error of any speed
 GAP = 0.15  # of a window, without samples
 MISSING = 2.5  # steps of the clock, from which on samples are missing
 FEWEST_WINDOWS = 5  # that say a noise
@@ -95,8 +96,18 @@ def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, 
     coefficients = _least_squares(functions, waves - drift, first)
     values = coefficients[:, 1::2] + 1j * coefficients[:, 2::2]  # (n_window, n_harmonic, n_signal)
     values = np.moveaxis(values[:, : len(harmonics)], 1, 2)
-    speed = TURN * revolutions / np.diff(ends)[whole]
+    speed = _distinct(TURN * revolutions / np.diff(ends)[whole])
     return Tracked(ends[whole], speed, values, noise_of(values), starts[whole], n_gap)
+
+
+def _distinct(speed: Array) -> Array:
+    """Speeds (n,) of which none is equal to another: of pulses that fall on samples, some coincide in all digits by chance."""
+    order = np.argsort(speed, kind="stable")
+    number = np.arange(len(speed))
+    is_first = np.diff(speed[order], prepend=-np.inf) != 0
+    found = np.empty(len(speed))
+    found[order] = speed[order] * (1 + APART * (number - np.maximum.accumulate(np.where(is_first, number, 0))))
+    return found
 
 
 def _has_gap(time: Array, starts: Indices, ends: Array) -> NDArray[np.bool_]:

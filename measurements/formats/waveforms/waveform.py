@@ -39,10 +39,6 @@ from measurements.formats.waveforms.steady import MEAN, mean_of, without_phases
 from measurements.formats.waveforms.unmarked import speed_in_vibration, turns_at
 
 TIME, KEYPHASOR, SPEED, SIGNAL = "time", "keyphasor", "speed", "signal"
-ALONE = (
-    "amplitudes alone; phases, which need a mark, would add harmonics, slow-roll subtraction, unknown weights and balancing in several"
-    " planes"
-)
 MOST_BYTES = 256 * 2**20  # of a file: five million samples of four channels in text
 MAX_SAMPLES = 5_000_000  # rows of a text or an Excel sheet
 ANY_RATE = 1000.0  # Hz, with which the rest of a file can be looked at
@@ -123,19 +119,17 @@ def _turns(sheet: Sheet, columns: dict[str, str], time: Array, signals: Array, a
     if SPEED in columns:
         unit = _unit_of_speed(sheet, columns[SPEED], answers)
         speed = _complete(sheet, columns[SPEED]) * SPEED_UNITS[unit]
-        return turns_at(
-            time, speed, sheet.where
-        ), f"no keyphasor: speed from {shortened(columns[SPEED])} in {unit}; {ALONE}"
+        return turns_at(time, speed, sheet.where), f"no keyphasor: speed from {shortened(columns[SPEED])} in {unit}"
     if answers.constant_speed is not None:
         speed = np.full(len(time), answers.constant_speed * RPM)
-        return turns_at(time, speed, sheet.where), f"no keyphasor: {answers.constant_speed:g} rpm throughout; {ALONE}"
+        return turns_at(time, speed, sheet.where), f"no keyphasor: {answers.constant_speed:g} rpm throughout"
     if answers.speed_band:
         low, high = answers.speed_band
         speed = speed_in_vibration(time, signals, low * RPM, high * RPM)
         remark = (
             f"no keyphasor: speed of the strongest vibration from {low:g} to {high:g} rpm, {np.min(speed) / RPM:.5g} to"
         )
-        return turns_at(time, speed, sheet.where), f"{remark} {np.max(speed) / RPM:.5g} rpm; {ALONE}"
+        return turns_at(time, speed, sheet.where), f"{remark} {np.max(speed) / RPM:.5g} rpm"
     raise SettingError(
         f"{sheet.where}: expected a keyphasor, or how the speed is known without one, got neither; give columns=[keyphasor=heading],"
         " columns=[speed=heading], constant_speed=RPM or speed_band=[LOWEST,HIGHEST]; all but the first give amplitudes alone"
