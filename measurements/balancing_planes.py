@@ -3,7 +3,9 @@
     planes:
       - {position: 0.2, radius: 120 mm, holes: 12, first_angle_deg: 15, occupied: [3], most: 20 g, step: 0.5 g}
 
-A size is a mass times a length (`2.5 oz in`), a mass at a radius (`5 g @ 120 mm`), or a mass alone where the plane has a `radius`.
+A size is a mass times a length (`2.5 oz in`), a mass at a radius (`5 g @ 120 mm`), or a mass alone. A mass alone is at the `radius` of the
+plane; without one, all weights of the plane are masses at the same radius, and results are masses. With `unit: washers` or any other
+word, sizes are numbers of it. Results in masses or in a unit of one's own need no radius; a rotor model does.
 Holes are equally spaced from the first one in the direction of rotation, or a list of angles; they count from 1.
 """
 
@@ -13,7 +15,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ksmea.errors import shortened
+from ksmea.errors import SettingError, shortened
 from ksmea.measurement.campaign import Holes, Plane, Weight, WeightUnit
 from ksmea.settings.document import Block
 from ksmea.units import DEGREE, INCH, OUNCE, POUND, TURN
@@ -22,7 +24,10 @@ MASSES = {"g": 1e-3, "kg": 1.0, "mg": 1e-6, "oz": OUNCE, "lb": POUND}
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": INCH}
 NUMBER = r"(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+)"
 SIZE = re.compile(rf"{NUMBER} *([a-z]+)(?:[ ·*-]([a-z]+))?(?: *@ *{NUMBER} *([a-z]+))?", re.ASCII)
-EXAMPLES = "2.5 oz in, 5 g @ 120 mm, or 5 g where the plane has a radius"
+EXAMPLES = "2.5 oz in, 5 g @ 120 mm, or 5 g"
+ANY_RADIUS = 1.0  # m, of masses at a radius that is not stated
+MASS = "mass"
+OWN = WeightUnit()  # whose size stands for 1 of a unit of one's own
 MAX_HOLES = 360
 MAX_ANGLE = 360.0  # degrees
 IN_PLANE = ("position", "radius", "unit", "holes", "first_angle_deg", "occupied", "most", "step", "sizes")
@@ -36,50 +41,87 @@ class Radius:
     metres: float
 
 
-def read_size(block: Block, key: str, radius: Radius | None, value: object = None) -> tuple[float, WeightUnit]:
+@dataclass(frozen=True)
+class Stated:
+    """Statements of a plane on the sizes of its weights: their radius, and a unit of the user's own."""
+
+    radius: Radius | None = None
+    own: str = ""
+
+
+def read_size(block: Block, key: str, plane: Stated | None, value: object = None) -> tuple[float, WeightUnit]:
     """A size of a weight, kg m, and the unit that it is written in; `value`: an entry of a list instead of the key's."""
-    text = block.values[key] if value is None else value
-    found = SIZE.fullmatch(text.strip()) if isinstance(text, str) else None
+    given = block.values[key] if value is None else value
+    plane = plane or Stated()
+    text = str(given).strip() if plane.own or isinstance(given, str) else ""
+    if plane.own and (in_own := re.fullmatch(rf"{NUMBER} *({re.escape(plane.own)})?", text)) and float(in_own[1]):
+        return float(in_own[1]) * OWN.si, WeightUnit(plane.own, OWN.si, scale=plane.own)
+    found = SIZE.fullmatch(text)
     if not found or found[2] not in MASSES or float(found[1]) == 0:
-        raise block.error(key, f"expected a size above 0 such as {EXAMPLES}, got {shortened(str(text))!r}")
+        raise block.error(
+            key,
+            f"expected a size above 0 such as {EXAMPLES}, got {shortened(str(given))!r}; a unit of your own needs the plane's unit",
+        )
     number, mass, length, at, unit_at = found.groups()
-    if at is not None:
-        radius = _radius(block, key, f"{at} {unit_at}")
+    radius = plane.radius if at is None else _radius(block, key, f"{at} {unit_at}")
     if length is not None:
         if length not in LENGTHS or at is not None:
-            raise block.error(key, f"expected a size such as {EXAMPLES}, got {shortened(str(text))!r}")
+            raise block.error(key, f"expected a size such as {EXAMPLES}, got {shortened(str(given))!r}")
         unit = WeightUnit(f"{mass} {length}", MASSES[mass] * LENGTHS[length])
+    elif radius is None:
+        unit = WeightUnit(mass, MASSES[mass] * ANY_RADIUS, scale=MASS)
     else:
-        unit = _at_radius(block, key, mass, radius)
+        unit = WeightUnit(mass, MASSES[mass] * radius.metres, radius.text)
     return float(number) * unit.si, unit
 
 
-def radii(blocks: Sequence[Block]) -> dict[float, Radius]:
-    """Radii that planes state, by the position of the plane, m."""
+def stated(blocks: Sequence[Block]) -> dict[float, Stated]:
+    """Statements of planes on the sizes of their weights, by the position of the plane, m."""
     found = {}
     for block in blocks:
         block.check_keys(["position"], IN_PLANE[1:])
-        if "radius" in block.values:
-            found[block.number("position", "m")] = _radius(block, "radius", block.text("radius"))
+        radius = _radius(block, "radius", block.text("radius")) if "radius" in block.values else None
+        own = block.text("unit") if "unit" in block.values and not _is_known(block.text("unit")) else ""
+        if own and not re.fullmatch(r"[^\W\d_][\w -]{0,19}", own):
+            raise block.error("unit", f"expected a unit such as g, oz in or washers, got {shortened(own)!r}")
+        found[block.number("position", "m")] = Stated(radius, own)
     return found
 
 
+def _is_known(unit: str) -> bool:
+    """Whether a unit is one of mass, mass times length, or mass at a radius."""
+    found = SIZE.fullmatch(f"1 {unit.strip()}")
+    return found is not None and found[2] in MASSES and (found[3] is None or found[3] in LENGTHS)
+
+
 def read_planes(
-    blocks: Sequence[Block], weights: Sequence[tuple[Weight, WeightUnit]], radius: Mapping[float, Radius]
+    blocks: Sequence[Block], weights: Sequence[tuple[Weight, WeightUnit]], planes: Mapping[float, Stated]
 ) -> tuple[Plane, ...]:
     """The planes of a campaign, in the units of its weights: the unit of the first one in each plane, else of the first of all."""
     by_position = {block.number("position", "m"): block for block in blocks}
     own: dict[float, WeightUnit] = {}
     for weight, unit in weights:
-        own.setdefault(weight.position, unit)
+        first = own.setdefault(weight.position, unit)
+        if unit.scale != first.scale:
+            raise _mixed(f"plane at {weight.position:g} m", first, unit)
     usual = weights[0][1] if weights else WeightUnit()
     found = []
     for position in {**own, **by_position}:
         block, unit = by_position.get(position), own.get(position, usual)
         if block is not None and "unit" in block.values:
-            unit = read_size(block, "unit", radius.get(position), f"1 {block.text('unit')}")[1]
-        found.append(Plane(position, unit, None if block is None else _holes(block, radius.get(position))))
+            in_plane = read_size(block, "unit", planes.get(position), f"1 {block.text('unit')}")[1]
+            if position in own and in_plane.scale != unit.scale:
+                raise _mixed(block.location("unit"), unit, in_plane)
+            unit = in_plane
+        found.append(Plane(position, unit, None if block is None else _holes(block, planes.get(position), unit)))
     return tuple(sorted(found, key=lambda plane: plane.position))
+
+
+def _mixed(where: str, one: WeightUnit, other: WeightUnit) -> SettingError:
+    return SettingError(
+        f"{where}: expected weights that can be compared, got some in {one} and some in {other}; give the radius of masses, or use one"
+        " unit"
+    )
 
 
 def _radius(block: Block, key: str, text: str) -> Radius:
@@ -89,15 +131,7 @@ def _radius(block: Block, key: str, text: str) -> Radius:
     return Radius(f"{float(found[1]):g} {found[2]}", float(found[1]) * LENGTHS[found[2]])
 
 
-def _at_radius(block: Block, key: str, mass: str, radius: Radius | None) -> WeightUnit:
-    if radius is None:
-        raise block.error(
-            key, "expected the radius of a mass, got none; write @ 120 mm behind it, or give the plane's under planes"
-        )
-    return WeightUnit(mass, MASSES[mass] * radius.metres, radius.text)
-
-
-def _holes(block: Block, radius: Radius | None) -> Holes | None:
+def _holes(block: Block, plane: Stated | None, unit: WeightUnit) -> Holes | None:
     if "holes" not in block.values:
         for key in IN_PLANE[4:]:
             if key in block.values:
@@ -116,12 +150,19 @@ def _holes(block: Block, radius: Radius | None) -> Holes | None:
     if "step" in block.values and "sizes" in block.values:
         raise block.error("step", "expected a step or the sizes that there are, got both; leave one out")
     sizes = block.entries("sizes") if "sizes" in block.values else []
+
+    def size(key: str, value: object = None) -> float:
+        found, its = read_size(block, key, plane, value)
+        if its.scale != unit.scale:
+            raise _mixed(block.location(key), unit, its)
+        return found
+
     return Holes(
         tuple(angles),
         _occupied(block, len(angles)),
-        read_size(block, "most", radius)[0] if "most" in block.values else None,
-        read_size(block, "step", radius)[0] if "step" in block.values else None,
-        tuple(read_size(block, "sizes", radius, each)[0] for each in sizes),
+        size("most") if "most" in block.values else None,
+        size("step") if "step" in block.values else None,
+        tuple(size("sizes", each) for each in sizes),
     )
 
 

@@ -21,7 +21,8 @@
 A speed and channel may stand several times in a run: repeats. A column `time_s` (s, of one clock for all runs) says when each was
 measured, from which a drift over time is seen.
 
-All runs have the same channels, all of them phases or none, and all of them `sigma_um` or none. docs/campaigns.md says more.
+All runs have the same channels, all of them phases or none, and all of them `sigma_um` or none. If files say at which edge of the
+keyphasor's mark their phases count from, all say the same, unless each run has its `own: [phase_origin]`. docs/campaigns.md says more.
 """
 
 from __future__ import annotations
@@ -47,9 +48,12 @@ from ksmea.settings.strict_yaml import parse
 from ksmea.settings.strict_yaml import read_bytes as read_yaml
 from measurements.campaign_document import Document, RunEntry, read_document
 from measurements.common_speeds import at_common_speeds
+from measurements.formats.waveforms.keyphasor import require_one_edge
 from measurements.run_up import RunUp, run_up
 from measurements.run_up_rows import Rows, read_bytes, rows_of, rows_of_run, text_of
 from measurements.shared_speeds import at_shared_speeds
+
+ORIGIN = "phase_origin"  # which runs with marks of their own have of their own
 
 
 @dataclass(frozen=True)
@@ -156,7 +160,10 @@ class CampaignFile(MeasurementSource):
 
     @cached_property
     def _rows(self) -> dict[str, Rows]:
-        return {file: rows_of(text_of(content, file), file) for file, content in self._contents.items()}
+        texts = {file: text_of(content, file) for file, content in self._contents.items()}
+        if ORIGIN not in self._document.own:
+            require_one_edge(self.path, texts)
+        return {file: rows_of(text, file) for file, text in texts.items()}
 
     @cached_property
     def _runs(self) -> tuple[RunUp, ...]:

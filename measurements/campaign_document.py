@@ -13,7 +13,7 @@ from pathlib import Path
 from ksmea.measurement.campaign import RUN_DIRECTIONS, Plane, UnknownWeight, Weight, WeightUnit
 from ksmea.settings.document import Block
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
-from measurements.balancing_planes import Radius, radii, read_planes, read_size
+from measurements.balancing_planes import Stated, read_planes, read_size, stated
 
 OWN = "own"
 SIZES = {"g_mm", "size"}  # of a known weight
@@ -58,8 +58,8 @@ def read_document(block: Block) -> Document:
     if len(blocks) > MAX_RUNS:
         raise block.error("runs", f"expected at most {MAX_RUNS}, got {len(blocks)}; leave some out")
     planes = block.blocks("planes") if "planes" in block.values else []
-    radius = radii(planes)
-    runs = [_run(each, block if is_one_file else each, is_one_file, radius) for each in blocks]
+    of_planes = stated(planes)
+    runs = [_run(each, block if is_one_file else each, is_one_file, of_planes) for each in blocks]
     names = [run.name for run in runs]
     for run in runs:
         if names.count(run.name) > 1:
@@ -67,17 +67,17 @@ def read_document(block: Block) -> Document:
                 "runs", f"expected each name once, got {run.name} {names.count(run.name)} times; rename one"
             )
     weights = [pair for run in runs for pair in zip(run.weights, run.weight_units)]
-    return Document(tuple(runs), _own(block), has_own_noise, is_one_file, read_planes(planes, weights, radius))
+    return Document(tuple(runs), _own(block), has_own_noise, is_one_file, read_planes(planes, weights, of_planes))
 
 
-def _run(block: Block, of_file: Block, is_one_file: bool, radius: Mapping[float, Radius]) -> RunEntry:
+def _run(block: Block, of_file: Block, is_one_file: bool, of_planes: Mapping[float, Stated]) -> RunEntry:
     required = ["name"] if is_one_file else ["name", "file"]
     block.check_keys(required, ["weights", "direction", "speeds"])
     name = block.text("name")
     if not NAME.fullmatch(name):
         raise block.error("name", f"expected letters, digits, _ . and - alone, got {name!r}; rename the run")
     weights = block.blocks("weights") if block.values.get("weights", []) != [] else []
-    known = [_weight(each, radius) for each in weights if SIZES & each.values.keys()]
+    known = [_weight(each, of_planes) for each in weights if SIZES & each.values.keys()]
     low, high = _speeds(block)
     return RunEntry(
         block,
@@ -85,27 +85,27 @@ def _run(block: Block, of_file: Block, is_one_file: bool, radius: Mapping[float,
         str(Path(block.file).parent / Path(of_file.text("file")).expanduser()),
         tuple(weight for weight, _ in known),
         tuple(unit for _, unit in known),
-        tuple(_unknown_weight(each, radius) for each in weights if not SIZES & each.values.keys()),
+        tuple(_unknown_weight(each, of_planes) for each in weights if not SIZES & each.values.keys()),
         block.choice("direction", "direction", RUN_DIRECTIONS) if "direction" in block.values else "",
         low,
         high,
     )
 
 
-def _weight(block: Block, radius: Mapping[float, Radius]) -> tuple[Weight, WeightUnit]:
+def _weight(block: Block, of_planes: Mapping[float, Stated]) -> tuple[Weight, WeightUnit]:
     block.check_keys(["position", "g_mm" if "g_mm" in block.values else "size"], ["angle_deg"])
     angle = 0.0
     if "angle_deg" in block.values:
         angle = block.number("angle_deg", "deg", at_least=-MAX_ANGLE, at_most=MAX_ANGLE)
     position = block.number("position", "m")
     if "size" in block.values:
-        size, unit = read_size(block, "size", radius.get(position))
+        size, unit = read_size(block, "size", of_planes.get(position))
     else:
         size, unit = block.number("g_mm", "g mm", above=0) * GRAM_MILLIMETRE, WeightUnit()
     return Weight(position, size, angle * DEGREE), unit
 
 
-def _unknown_weight(block: Block, radius: Mapping[float, Radius]) -> UnknownWeight:
+def _unknown_weight(block: Block, of_planes: Mapping[float, Stated]) -> UnknownWeight:
     block.check_keys(["position"], ["at_most_g_mm", "at_most", "g_mm", "size", "angle_deg"])
     if "angle_deg" in block.values:
         raise block.error(
@@ -115,7 +115,7 @@ def _unknown_weight(block: Block, radius: Mapping[float, Radius]) -> UnknownWeig
     if "at_most_g_mm" in block.values:
         at_most = block.number("at_most_g_mm", "g mm", above=0) * GRAM_MILLIMETRE
     elif "at_most" in block.values:
-        at_most, _ = read_size(block, "at_most", radius.get(position))
+        at_most, _ = read_size(block, "at_most", of_planes.get(position))
     return UnknownWeight(position, at_most)
 
 

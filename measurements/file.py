@@ -50,13 +50,17 @@ from measurements.common_speeds import averaged
 from measurements.formats.lazy_file import Opened
 from measurements.formats.readers import foreign_rows
 from measurements.formats.user_answers import OWN, Answers
-from measurements.formats.waveform import MOST_BYTES
+from measurements.formats.waveforms.waveform import MOST_BYTES
 from measurements.run_up import RunUp, run_up
 from measurements.run_up_rows import MAX_BYTES, Rows, rows_at, rows_of, text_of, to_digits
 from measurements.shared_speeds import at_shared_speeds
 from measurements.slow_roll import SUBTRACTED, without_slow_roll
 from measurements.sweeps import ANY, require_one_way, rows_of_sweep
 
+AMPLITUDES_ALONE = (
+    "amplitudes alone: phases would add a second number to each, the angle of the unbalance from the mark, harmonics, subtraction of slow"
+    " roll, differences between runs, unknown weights and balancing in several planes"
+)
 HAS_NO_SLOW_ROLL = re.compile(rf"^\s*#\s*{SUBTRACTED}", re.MULTILINE)
 
 
@@ -115,7 +119,8 @@ class File(Answers, MeasurementSource):
     @property
     def remarks(self) -> tuple[str, ...]:
         """What was decided of the file and left out of it, in words."""
-        return (*self._prepared[1], *self._run_up.remarks)
+        alone = () if self.kind == "complex" else (AMPLITUDES_ALONE,)
+        return (*self._prepared[1], *self._run_up.remarks, *alone)
 
     @property
     def used_rows(self) -> Rows:
@@ -147,9 +152,10 @@ class File(Answers, MeasurementSource):
 
     @classmethod
     def of(cls, opened: Opened, settings: Mapping[str, Any]) -> Self:
-        """A file that is open already, with these settings: what was read of it before is not read again."""
+        """A file that is open already, with these settings: what was read of it before is not read again. It may have one speed, as
+        a run of a campaign may."""
         made = cls.__new__(cls)
-        made.__dict__["_opened"] = opened
+        made.__dict__.update(_opened=opened, _least=1)
         cls.__init__(made, path=opened.path, **settings)  # which reads it
         return made
 
@@ -201,4 +207,10 @@ class File(Answers, MeasurementSource):
 
     @cached_property
     def _run_up(self) -> RunUp:
-        return run_up(self._prepared[0], self.path, self.speed_from, self.speed_to, self.incomplete == "drop")
+        drop = self.incomplete == "drop"
+        return run_up(self._prepared[0], self.path, self.speed_from, self.speed_to, drop, self._least)
+
+    @cached_property
+    def _least(self) -> int:
+        """How many speeds there are at least."""
+        return 2

@@ -129,7 +129,11 @@ def _refuse_incomplete(
 
 def _check_count(path: str, complete: Sequence[float], dropped: int, least: int) -> None:
     if len(complete) < least:
-        hint = "the channels share too few speeds" if dropped else "one speed does not tell a response"
+        hint = (
+            "the channels share too few speeds"
+            if dropped
+            else "one speed does not tell a response; import it as a run of a campaign (+experiment=balance)"
+        )
         only = f"1 ({complete[0]:g} rpm)" if complete else "none"
         raise SettingError(f"{path}: expected at least {least} speeds with every channel, got {only}; {hint}")
 

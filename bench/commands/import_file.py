@@ -2,7 +2,7 @@
 
 Options are the settings of `measurement=file` by their names, `--slow-roll 300` or `slow_roll=300`; `--probe` and `--column` may
 be given several times. What is decided of the file stands in remarks at its head, and the same settings read the file directly.
-`--sweep both` writes the run-up and the coast-down apart, beside a YAML file for `measurement=campaign`.
+Several files are records at steady speeds, which become one run (`--vectors mean`). `--sweep both` writes the run-up and the coast-down apart, beside a YAML file for `measurement=campaign`.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from measurements.file import File
 from measurements.formats.lazy_file import Opened
 from measurements.formats.probe_positions import CLOCKWISE
 from measurements.formats.user_answers import OWN
+from measurements.formats.waveforms.steady import MEAN
+from measurements.joined import joined
 from measurements.run_up_csv import rows_as_csv
 from measurements.slow_roll import SUBTRACTED
 from measurements.sweeps import DOWN, UP
@@ -35,7 +37,7 @@ NOT_OF_A_NAME = re.compile(r"[^\w.-]+")  # of a run
 
 def import_file(words: list[str]) -> int:
     """Write what a file holds, and print what was decided of it."""
-    path, given = _options(words)
+    (path, *others), given = _options(words)
     if Path(path).suffix.lower() in OF_MODELS:
         raise SettingError(
             f"import: expected a file of a measurement, got {path}; a model of a rotor is imported by: import rotor {path}",
@@ -48,9 +50,11 @@ def import_file(words: list[str]) -> int:
     except SettingError as error:
         raise SettingError(f"import: {error}") from error
     if found.questions:
-        print(visible_lines(questions_text(path, given, found)), file=sys.stderr)
+        print(visible_lines(questions_text(path, given, found, others)), file=sys.stderr)
         return UNANSWERED
     out = Path(given.pop(OUT))
+    if others:
+        return _import_records(found.source, [_source(Opened(each), given) for each in others], out, given)
     both = given.get("sweep") == BOTH
     parts = (UP, DOWN) if both else (given.get("sweep"),)
     outs, campaign = _written(out, given)[: len(parts)], out.with_suffix(".yaml")
@@ -70,6 +74,19 @@ def import_file(words: list[str]) -> int:
             campaign, f"# {visible(Path(path).name)}, split where its speed turns back\nruns:\n{runs}".encode()
         )
         print(f"written: {visible(str(campaign))} (measurement=campaign)")
+    return 0
+
+
+def _import_records(first: File | None, others: Sequence[File], out: Path, given: dict[str, Any]) -> int:
+    """Write the rows of several files as one run."""
+    assert first is not None, "nothing is open"
+    rows, remarks = joined([first, *others])
+    head = [*_head(first, given, ", ".join(Path(each.path).name for each in (first, *others))), *remarks]
+    out.parent.mkdir(parents=True, exist_ok=True)
+    replace_file(out, rows_as_csv(rows, dict.fromkeys(map(visible, head))).encode())
+    print(f"written: {visible(str(out))}: {len(set(rows.speed))} speeds from {len(others) + 1} files")
+    for remark in remarks:
+        print(f"  {visible(remark)}")
     return 0
 
 
@@ -99,14 +116,15 @@ def _tell(source: File, target: Path) -> None:
     data = source.read()
     rpm = [min(source.used_rows.speed), max(source.used_rows.speed)]
     channels = ", ".join(map(str, data.channels))
-    print(f"written: {visible(str(target))}: {len(data.speed)} speeds from {rpm[0]:g} to {rpm[1]:g} rpm; {channels}")
+    speeds = f"{len(data.speed)} speeds from {rpm[0]:g} to {rpm[1]:g} rpm" if rpm[0] < rpm[1] else f"{rpm[0]:g} rpm"
+    print(f"written: {visible(str(target))}: {speeds}; {channels}")
     for remark in source.remarks:
         print(f"  {visible(remark)}")
 
 
-def _head(source: File, settings: dict[str, Any]) -> Iterator[str]:
+def _head(source: File, settings: dict[str, Any], files: str = "") -> Iterator[str]:
     """The remarks of a written file: what was decided, so that nobody has to ask and nothing is done twice."""
-    yield visible(f"Imported from {Path(source.path).name}, format {source.format}.")
+    yield visible(f"Imported from {files or Path(source.path).name}, format {source.format}.")
     yield "Units: rpm; m from the left end; µm zero to peak; degrees of phase lead; s. Directions: x, y, degrees from x to y."
     if source.format != OWN:
         yield f"rotation: {_rotation(source)}"
@@ -115,8 +133,8 @@ def _head(source: File, settings: dict[str, Any]) -> Iterator[str]:
     asked = " ".join(f"{name}={value}" for name, value in settings.items() if name not in ("format", "path"))
     if asked:
         yield visible(f"settings: {asked}")
-    for remark in source.remarks:
-        yield visible(remark)
+    if not files:  # of several each has its own
+        yield from map(visible, source.remarks)
 
 
 def _rotation(source: File) -> str:
@@ -125,8 +143,8 @@ def _rotation(source: File) -> str:
     return "clockwise; x of the model is to the left" if source.rotation == CLOCKWISE else "counterclockwise"
 
 
-def _options(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
-    """The file and the settings that words give it."""
+def _options(words: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
+    """The files and the settings that words give them."""
     hints = typing.get_type_hints(File)
     known = {field.name: hints[field.name] for field in own_fields(File) if field.name != "path"}
     files: list[str] = []
@@ -151,9 +169,13 @@ def _options(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
             raise SettingError(f"import: expected {name} once, got it again; leave one out")
         else:
             given[key] = [part.strip() for part in value.strip("[]").split(",")] if _is_list(key, known) else value
-    if len(files) != 1:
-        raise SettingError(f"import: expected one file, got {len(files)}: import FILE --format FORMAT --out run.csv")
-    return files[0], {key: _as_setting(key, value, known) for key, value in given.items()}
+    is_steady = given.get("vectors") == MEAN or given.get("format") == "system1"
+    if not files or (len(files) > 1 and (not is_steady or given.get("sweep") == BOTH)):
+        raise SettingError(
+            f"import: expected one file, got {len(files)}: import FILE --format FORMAT --out run.csv; several are records at steady"
+            " speeds, of --format system1 or with --vectors mean"
+        )
+    return files, {key: _as_setting(key, value, known) for key, value in given.items()}
 
 
 def _is_list(key: str, known: dict[str, Any]) -> bool:

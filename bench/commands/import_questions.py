@@ -15,7 +15,7 @@ from measurements.formats.detection import suggested_format
 from measurements.formats.lazy_file import Opened
 from measurements.formats.questions import Asked, Question, open_questions
 from measurements.formats.user_answers import FORMATS
-from measurements.formats.waveform import MOST_BYTES
+from measurements.formats.waveforms.waveform import MOST_BYTES
 from measurements.sweeps import UP
 
 OUT, FORMAT, SWEEP, BOTH = "out", "format", "sweep", "both"
@@ -60,8 +60,8 @@ def _of_format(opened: Opened, settings: Mapping[str, Any]) -> Asked[File]:
     return Asked((question, *found.questions), found.is_all)
 
 
-def questions_text(path: str, given: Mapping[str, Any], asked: Asked[File]) -> str:
-    """The questions, a line each, and the command that answers them."""
+def questions_text(path: str, given: Mapping[str, Any], asked: Asked[File], others: Sequence[str] = ()) -> str:
+    """The questions on a file, a line each, and the command that answers them for it and others."""
     count = "1 question is" if len(asked.questions) == 1 else f"{len(asked.questions)} questions are"
     lines = [f"error: import: {count} open:"]
     for each in asked.questions:
@@ -73,7 +73,7 @@ def questions_text(path: str, given: Mapping[str, Any], asked: Asked[File]) -> s
     has_places = any(PLACE.search(shown) for shown in _places(asked.questions))
     opening = "All in one command" if asked.is_all else "More may be open once these are answered. The command so far"
     lines.append(opening + (", with your answers in place of words in capitals:" if has_places else ":"))
-    return "\n".join([*lines, f"  {shlex.join(['python', '-m', 'bench', 'import', path, *words, *out])}"])
+    return "\n".join([*lines, f"  {shlex.join(['python', '-m', 'bench', 'import', path, *others, *words, *out])}"])
 
 
 def in_options(said: str) -> str:

@@ -54,11 +54,16 @@ class Weight:
 
 @dataclass(frozen=True)
 class WeightUnit:
-    """The unit that a file has weights in: a mass times a length (oz in), or a mass at a `radius` (g at 120 mm)."""
+    """The unit that a file has weights in: a mass times a length (oz in), or a mass at a `radius` (g at 120 mm).
+
+    Weights may also be masses at one radius that is not stated, or in a unit of the user's own (washers): then `scale` names what
+    all weights of the plane share, and `si` is any size, which balancing without a rotor model does not need.
+    """
 
     name: str = "g mm"
     si: float = GRAM_MILLIMETRE  # kg m
     radius: str = ""
+    scale: str = ""
 
     def __str__(self) -> str:
         return f"{self.name} @ {self.radius}" if self.radius else self.name

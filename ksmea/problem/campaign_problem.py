@@ -33,11 +33,23 @@ def in_runs(machine: Problem, campaign: Campaign) -> CampaignProblem:
     Raises `SettingError` where it takes a weight of no run, or lacks an unknown that each run has of its own.
     """
     for run in campaign.runs:
+        _check_units(campaign, run)
         _check_weights(machine, run)
     for name in campaign.own:
         if name not in (*machine.parameters.names, PHASE_ORIGIN):
             raise unknown("unknown in own:", name, machine.parameters.names)
     return CampaignProblem(machine, campaign)
+
+
+def _check_units(campaign: Campaign, run: Run) -> None:
+    """Raise `SettingError` for weights whose unbalance nobody knows: masses without a radius, or in a unit of one's own."""
+    for weight in run.all_weights:
+        unit = campaign.plane(weight.position).unit
+        if unit.scale:
+            raise SettingError(
+                f"run {run.name}: expected weights in kg m of unbalance for a rotor model, got {unit} at {weight.position:g} m; give"
+                " radius in planes, or sizes such as 5 g @ 120 mm (+experiment=balance needs neither)"
+            )
 
 
 def _check_weights(machine: Problem, run: Run) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from ksmea.records.curves import Matrix, Row
 from ksmea.records.record import Record
-from ksmea.units import ANGLE, SPEED, Angle, Length, Quantity, Unbalance, Vibration
+from ksmea.units import ANGLE, GRAM_MILLIMETRE, SPEED, Angle, Length, Quantity, Unbalance, Vibration
 
 INFLUENCE = Quantity("m/(kg m)")
 
@@ -28,6 +28,8 @@ class VectorRecord(Record):
     angle: Angle
     angle_low: Angle | None  # None: any
     angle_high: Angle | None
+    weight_unit: str = "g mm"  # that texts show sizes in, and how many kg m it is
+    weight_unit_si: Unbalance = GRAM_MILLIMETRE
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,8 @@ class InfluenceRecord(Record):
     phase: Annotated[Matrix, ANGLE]
     amplitude_sd: Annotated[Matrix, INFLUENCE]
     phase_sd: Annotated[Matrix, ANGLE]
+    weight_unit: str = "g mm"
+    weight_unit_si: Unbalance = GRAM_MILLIMETRE
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ import pandas as pd
 from ksmea.records.curves import as_array
 from ksmea.records.weights import VectorRecord, WeightsRecord
 from ksmea.show.text import fixed, number, rounded_alike
-from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, RPM, TURN
+from ksmea.units import DEGREE, MICROMETRE, RPM, TURN
 
-NO_WIDTH = 1e-6  # g mm or degrees: an interval of less is that of exact data, and is left out
+USUAL = "g mm"
+NO_WIDTH = 1e-6  # of the unit, or degrees: an interval of less is that of exact data, and is left out
 
 
 def lines(record: WeightsRecord) -> Iterator[str]:
@@ -31,14 +32,13 @@ def lines(record: WeightsRecord) -> Iterator[str]:
 def _vector(vector: VectorRecord) -> str:
     """For example 'at 1 m (disk 2): 150.2 g mm [148.1, 152.4] at 59.8° [59.0, 60.5]'."""
     at = f"at {vector.position:g} m" + (f" ({vector.plane})" if vector.plane else "")
-    size = _with_ends(
-        vector.size / GRAM_MILLIMETRE, vector.size_low / GRAM_MILLIMETRE, vector.size_high / GRAM_MILLIMETRE
-    )
+    sizes = (vector.size, vector.size_low, vector.size_high)
+    size, unit = _with_ends(*(each / vector.weight_unit_si for each in sizes)), f" {vector.weight_unit}"
     if vector.angle_low is None or vector.angle_high is None:
-        return f"{at}: {_with_unit(size, ' g mm')} at any angle"
+        return f"{at}: {_with_unit(size, unit)} at any angle"
     turn = TURN if vector.angle <= -TURN / 2 + 1e-6 else 0.0  # 180° rather than −180°
     angle = _with_ends(*((each + turn) / DEGREE for each in (vector.angle, vector.angle_low, vector.angle_high)))
-    return f"{at}: {_with_unit(size, ' g mm')} at {_with_unit(angle, '°')}"
+    return f"{at}: {_with_unit(size, unit)} at {_with_unit(angle, '°')}"
 
 
 def _with_ends(value: float, low: float, high: float) -> tuple[str, str]:
@@ -61,14 +61,21 @@ def frame(record: WeightsRecord) -> pd.DataFrame:
             name = f"{role} at {vector.position:g} m" + (f"@{vector.run}" if vector.run else "")
             size = (vector.size, vector.size_low, vector.size_high)
             angle = (vector.angle, vector.angle_low, vector.angle_high)
-            for what, unit, si, values in (("size", "g mm", GRAM_MILLIMETRE, size), ("angle", "deg", DEGREE, angle)):
+            for what, unit, si, values in (
+                ("size", vector.weight_unit, vector.weight_unit_si, size),
+                ("angle", "deg", DEGREE, angle),
+            ):
                 value, low, high = (np.nan if each is None else each / si for each in values)
                 rows.append((f"{name}, {what}", unit, value, low, high, "region"))
     return pd.DataFrame(rows, columns=["parameter", "unit", "value", "low", "high", "kind"])
 
 
 def influence_frame(record: WeightsRecord) -> pd.DataFrame:
-    """A row per plane, speed and channel: the influence coefficient, 1 µm/(g mm) = 1 m/(kg m), with standard errors."""
+    """A row per plane, speed and channel: the influence coefficient per unit of weights with standard errors; 1 µm/(g mm) is
+    1 m/(kg m). Without weights in g mm, `unit` names the unit of each row."""
+    units = {plane.weight_unit for plane in record.influence}
+    name = "influence_um_per_g_mm" if units <= {USUAL} else "influence"
+    size = {plane.position: plane.weight_unit_si / MICROMETRE for plane in record.influence}
     speed = as_array((record.speed,))[0] / RPM
     rows = [
         {
@@ -76,10 +83,11 @@ def influence_frame(record: WeightsRecord) -> pd.DataFrame:
             "plane": plane.plane,
             "speed_rpm": speed[line],
             "channel": channel,
-            "influence_um_per_g_mm": amplitude[line, column],
+            name: amplitude[line, column] * size[plane.position],
             "phase_lead_deg": phase[line, column] / DEGREE,
-            "influence_se": amplitude_sd[line, column],
+            "influence_se": amplitude_sd[line, column] * size[plane.position],
             "phase_se_deg": phase_sd[line, column] / DEGREE,
+            **({} if units <= {USUAL} else {"unit": f"µm/({plane.weight_unit})"}),
         }
         for plane in record.influence
         for amplitude, phase, amplitude_sd, phase_sd in [

@@ -17,7 +17,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.fits.fitting import Fit
 from ksmea.inference.critical_rise import critical_rise
-from ksmea.measurement.campaign import Campaign, weight_names
+from ksmea.measurement.campaign import Campaign, WeightUnit, weight_names
 from ksmea.numerics.differences import central_differences
 from ksmea.problem.problem import Problem
 from ksmea.problem.trial_weights import disk_positions, is_on
@@ -38,6 +38,7 @@ class _Estimate:
     x: Array
     covariance: Array
     rise: float
+    campaign: Campaign
 
 
 def weights_found(fit: Fit, level: float) -> WeightsRecord | None:
@@ -46,7 +47,7 @@ def weights_found(fit: Fit, level: float) -> WeightsRecord | None:
     campaign = measurement.campaign
     if campaign is None or not _positions(campaign) or measurement.is_amplitude or not _can_tell(problem):
         return None
-    found = _Estimate(problem, fit.x, _covariance(fit), critical_rise(fit.likelihood, level))
+    found = _Estimate(problem, fit.x, _covariance(fit), critical_rise(fit.likelihood, level), campaign)
     unweighted = problem.at(np.unique(measurement.speed), problem.channels)
     unbalance = problem.unbalance(found.x)
     influence = {
@@ -56,13 +57,11 @@ def weights_found(fit: Fit, level: float) -> WeightsRecord | None:
     before, after = _amplitudes(unweighted, found, unbalance, {each: influence[each][0] for each in unbalance})
     return WeightsRecord(
         level=level,
-        weights=tuple(_weights(found, campaign)),
+        weights=tuple(_weights(found)),
         corrections=() if by_differences else tuple(_corrections(found)),
         speed=row(unweighted.speed),
         channels=tuple(map(str, problem.channels)),
-        influence=tuple(
-            _influence_record(problem, position, *values, found.covariance) for position, values in influence.items()
-        ),
+        influence=tuple(_influence_record(found, position, *values) for position, values in influence.items()),
         before=() if by_differences else tuple(before.max(axis=0).tolist()),
         after=() if by_differences else tuple(after.max(axis=0).tolist()),
     )
@@ -93,11 +92,11 @@ def _planes(problem: Problem, campaign: Campaign, unbalance: Mapping[float, comp
     return sorted(planes)
 
 
-def _weights(found: _Estimate, campaign: Campaign) -> list[VectorRecord]:
+def _weights(found: _Estimate) -> list[VectorRecord]:
     names = found.problem.parameters.names
     return [
         _vector(found, weight.position, run.name, found.x[columns], np.eye(len(names))[columns])
-        for run in campaign.runs
+        for run in found.campaign.runs
         for number, weight in enumerate(run.unknown_weights, start=1)
         for columns in [[names.index(name) for name in weight_names(run.name, number)]]
     ]
@@ -129,6 +128,7 @@ def _vector(found: _Estimate, position: float, run: str, value: Array, slope: Ar
     best = complex(*value)
     away = np.angle(edge * np.conj(best)) if best else np.zeros(1)
     holds_zero = bool(np.ptp(away) > np.pi)  # seen from 0 the region reaches all around
+    unit = _unit(found.campaign, position)
     return VectorRecord(
         position=position,
         plane=_plane(found.problem, position),
@@ -141,7 +141,16 @@ def _vector(found: _Estimate, position: float, run: str, value: Array, slope: Ar
         angle=float(np.angle(best)),
         angle_low=None if holds_zero else float(np.angle(best) + np.min(away)),
         angle_high=None if holds_zero else float(np.angle(best) + np.max(away)),
+        weight_unit=str(unit),
+        weight_unit_si=unit.si,
     )
+
+
+def _unit(campaign: Campaign, position: float) -> WeightUnit:
+    """Unit of weights in a plane: as its file has it, at other positions the common unit of all planes, or g mm."""
+    units = {plane.unit for plane in campaign.planes}
+    own = (plane.unit for plane in campaign.planes if is_on(position, plane.position))
+    return next(own, units.pop() if len(units) == 1 else WeightUnit())
 
 
 def _plane(problem: Problem, position: float) -> str:
@@ -158,19 +167,22 @@ def _influence(problem: Problem, x: Array, position: float) -> tuple[ComplexArra
 
 
 def _influence_record(
-    problem: Problem, position: float, influence: ComplexArray, slope: ComplexArray, covariance: Array
+    found: _Estimate, position: float, influence: ComplexArray, slope: ComplexArray
 ) -> InfluenceRecord:
     relative = (
         slope / influence[..., None]
     )  # its real part is that of ln |influence|, its imaginary part that of the phase
-    logarithm, phase = (np.sqrt(_quadratic(part, covariance)) for part in (relative.real, relative.imag))
+    logarithm, phase = (np.sqrt(_quadratic(part, found.covariance)) for part in (relative.real, relative.imag))
+    unit = _unit(found.campaign, position)
     return InfluenceRecord(
         position=position,
-        plane=_plane(problem, position),
+        plane=_plane(found.problem, position),
         amplitude=matrix(np.abs(influence)),
         phase=matrix(np.angle(influence)),
         amplitude_sd=matrix(np.abs(influence) * logarithm),
         phase_sd=matrix(phase),
+        weight_unit=str(unit),
+        weight_unit_si=unit.si,
     )
 
 

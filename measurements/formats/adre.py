@@ -22,8 +22,8 @@ import numpy as np
 
 from ksmea.errors import SettingError, shortened
 from measurements.formats.curve import Curve
-from measurements.formats.order_tracking import seconds
 from measurements.formats.texts import number, rows_of_cells, text_of
+from measurements.formats.timestamps import seconds
 from measurements.formats.user_answers import Answers
 from measurements.run_up_rows import MAX_ROWS
 

@@ -29,12 +29,14 @@ class Curve:
     speed_unit: str = ""
     unit: str = ""  # of amplitudes, with the detector: 'mil pp'
     sense: str = ""  # of phases, lag or lead
+    stated_sense: str = ""  # of phases, if the file itself says it, and not the custom of its instrument
     angle: str = ""  # of the probe: '45° Right'
     position: float | None = None  # m
     direction: str = ""
     harmonic: float = 1.0
     is_compensated: bool = False  # slow roll is subtracted
     left_out: Mapping[str, int] = field(default_factory=dict)  # rows, by reason
+    notes: tuple[str, ...] = ()  # remarks on the whole file
 
     def rows(self, kept: Flags, reason: str) -> Curve:
         """The curve at some of its rows (n,) bool; the others are counted under a reason."""

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from measurements.formats.adre import read_adre
+from measurements.formats.binary.excel import read_excel
+from measurements.formats.binary.mat import read_mat
+from measurements.formats.binary.tdms import read_tdms
+from measurements.formats.binary.uff import curves_of_datasets, datasets
 from measurements.formats.curve import Curve
-from measurements.formats.excel import read_excel
 from measurements.formats.lazy_file import Opened
-from measurements.formats.mat import read_mat
 from measurements.formats.sheet import Sheet, read_delimited
 from measurements.formats.system1 import read_system1
 from measurements.formats.table import read_table, roles_of
 from measurements.formats.to_rows import decided
-from measurements.formats.uff import curves_of_datasets, datasets
 from measurements.formats.user_answers import Answers
-from measurements.formats.waveform import read_waveform
+from measurements.formats.waveforms.waveform import read_waveform
 from measurements.run_up_rows import MAX_BYTES, Rows
 
 
@@ -38,6 +39,11 @@ def _mat(opened: Opened, answers: Answers) -> list[Curve]:
     return _table(opened, answers, lambda content: read_mat(content, answers.path, headings))
 
 
+def _tdms(opened: Opened, answers: Answers) -> list[Curve]:
+    headings = _headings(answers)
+    return _table(opened, answers, lambda content: read_tdms(content, answers.path, headings))
+
+
 def _table(opened: Opened, answers: Answers, read: Callable[[bytes], Sheet]) -> list[Curve]:
     key = (answers.format, answers.sheet, *_headings(answers))
     return read_table(opened.once("sheet", key, lambda: read(opened.content(MAX_BYTES))), answers)
@@ -49,7 +55,9 @@ def _uff(opened: Opened, answers: Answers) -> list[Curve]:
 
 
 def _system1(opened: Opened, answers: Answers) -> list[Curve]:
-    return opened.once("system1", None, lambda: read_system1(opened.content(MAX_BYTES), answers))
+    return opened.once(
+        "system1", (tuple(answers.harmonics), answers.phase), lambda: read_system1(opened.content(MAX_BYTES), answers)
+    )
 
 
 def _adre(opened: Opened, answers: Answers) -> list[Curve]:
@@ -60,6 +68,7 @@ READERS: dict[str, Callable[[Opened, Answers], list[Curve]]] = {
     "csv": _csv,
     "excel": _excel,
     "mat": _mat,
+    "tdms": _tdms,
     "uff": _uff,
     "system1": _system1,
     "adre": _adre,
@@ -71,4 +80,5 @@ def foreign_rows(opened: Opened, answers: Answers) -> tuple[Rows, tuple[str, ...
     """The rows of a file that is not the project's own, the remarks on them, and whether slow roll is subtracted in it."""
     curves = READERS[answers.format](opened, answers)
     rows, remarks = decided(curves, answers)
-    return rows, remarks, any(curve.is_compensated for curve in curves)
+    notes = dict.fromkeys(note for curve in curves for note in curve.notes)
+    return rows, (*notes, *remarks), any(curve.is_compensated for curve in curves)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -13,7 +13,15 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.column_guess import columns_question
-from measurements.formats.texts import SEPARATORS, has_decimal_commas, number, rows_of_cells, text_of
+from measurements.formats.texts import (
+    BLANKS,
+    SEPARATORS,
+    has_decimal_commas,
+    is_data,
+    number,
+    rows_of_cells,
+    text_of,
+)
 from measurements.formats.unit_texts import PHASES, TIMES, amplitude_unit, speed_unit, unit_in_heading
 from measurements.run_up_rows import MAX_ROWS, REQUIRED
 
@@ -30,7 +38,7 @@ class Sheet:
     lines: Sequence[int]
     columns: dict[str, Sequence[Cell] | Array | ComplexArray]
     units: dict[str, str] = field(default_factory=dict)
-    has_units_in_headings: bool = True  # in brackets at their end
+    has_brackets_in_headings: bool = True  # at their end, with a unit
 
     def named(self, name: str) -> str:
         """The heading that a name means: itself, itself in other case, or #3 for the third. `SettingError` where none is."""
@@ -48,8 +56,7 @@ class Sheet:
     def unit(self, name: str) -> str:
         """The unit of a column as the file spells it; empty where it does not say."""
         heading = self.named(name)
-        in_heading = unit_in_heading(heading) if self.has_units_in_headings else ""
-        return self.units.get(heading, "") or in_heading
+        return self.units.get(heading, "") or unit_in_heading(heading, in_brackets=self.has_brackets_in_headings)
 
     def texts(self, name: str) -> list[str]:
         return [_as_text(cell) for cell in self.columns[self.named(name)]]
@@ -113,6 +120,22 @@ class SheetRows:
         return Sheet(self._where, self._lines, columns, self._units)
 
 
+def common_length(columns: Mapping[str, Sized], headings: Sequence[str], path: str, cure: str) -> int:
+    """The length of the columns that are named, or of most; `SettingError` with the `cure` if named ones differ."""
+    for heading in headings:
+        if heading not in columns:
+            continue
+        for other in headings:
+            if other in columns and len(columns[other]) != len(columns[heading]):
+                raise SettingError(
+                    f"{path}: expected columns of one length, got {len(columns[heading])} in {shortened(heading)} and"
+                    f" {len(columns[other])} in {shortened(other)}; {cure}"
+                )
+        return len(columns[heading])
+    lengths = [len(column) for column in columns.values()]
+    return max(set(lengths), key=lambda each: (lengths.count(each), each))
+
+
 def require_distinct(names: Sequence[str], where: str) -> None:
     """Raise `SettingError` where a heading stands twice."""
     for name in names:
@@ -145,7 +168,7 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
     """The table below the first line that has all of these headings; those of the project's own file where none are given.
     Lines that begin with # are remarks, and what stands above the headings is left alone."""
     text = text_of(content, path)
-    for separator in SEPARATORS:
+    for separator in (*SEPARATORS, BLANKS):
         table = _table(text, separator, path, list(headings), most_rows)
         if table is not None:
             return table
@@ -156,12 +179,25 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
     )
     if headings:
         raise SettingError(said)
-    raise columns_question(f"{said}; give columns=[role=heading,…]", first_cells(text, path))
+    raise columns_question(
+        f"{said}; give columns=[role=heading,…]", first_cells(text, path), is_plain=has_no_headings(text, path)
+    )
+
+
+def has_no_headings(text: str, path: str) -> bool:
+    """Whether the first line that is no remark holds values: a logger's file whose columns are known by their number."""
+    for separator in (*SEPARATORS, BLANKS):
+        for _, cells in rows_of_cells(text, separator, path):
+            if not cells[0].startswith("#"):
+                if len(cells) > 1 and is_data(cells):
+                    return True
+                break
+    return False
 
 
 def first_cells(text: str, path: str) -> Iterator[list[str]]:
     """The first lines that are no remarks, cut by each separator in turn."""
-    for separator in SEPARATORS:
+    for separator in (*SEPARATORS, BLANKS):
         for _, cells in islice(rows_of_cells(text, separator, path), MOST_LINES):
             if not cells[0].startswith("#"):
                 yield cells
@@ -175,9 +211,12 @@ def _table(text: str, separator: str, path: str, headings: list[str], most_rows:
         if cells[0].startswith("#") and not _is_header(cells, headings):
             continue
         if rows is None:
-            if _is_header(cells, headings):
-                require_distinct(cells, f"{path} line {line}")
-                rows = SheetRows(path, cells, most_rows)
+            if _is_header(cells, headings) and (separator != BLANKS or is_data(cells) or not _by_number(headings)):
+                if not (plain := _by_number(headings) and is_data(cells)):
+                    require_distinct(cells, f"{path} line {line}")
+                rows = SheetRows(path, [f"#{n}" for n in range(1, len(cells) + 1)] if plain else cells, most_rows)
+                if plain:
+                    rows.add(line, cells)
             continue
         n = len(rows.names)
         if len(cells) > n and not any(cells[n:]):
@@ -190,6 +229,10 @@ def _table(text: str, separator: str, path: str, headings: list[str], most_rows:
     if (sheet := rows.sheet()) is None:
         raise SettingError(f"{path}: expected rows below the header, got none")
     return sheet
+
+
+def _by_number(headings: Sequence[str]) -> bool:
+    return bool(headings) and all(PLAIN_NUMBER.fullmatch(each) for each in headings)
 
 
 def _is_header(cells: Sequence[str], headings: Sequence[str]) -> bool:

@@ -10,6 +10,8 @@
     X-Axis Value,Y-Axis Value,Y-Axis Status,Phase,Phase Status,Timestamp
     234,0.217,Valid,47,Valid,4/4/2021 4:35:40 AM
 
+Synchronous waveforms have other columns below the same first lines (`waveforms/system1_waveform.py`).
+
 Versions differ in which of the first lines there are, in whether there are columns of status, and in whether one file has several
 points one below the other. All of them are read by the names of lines and columns. Phases are lags, as Bently Nevada's
 instruments show them (Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, chapter 2). A row whose status is not
@@ -26,9 +28,10 @@ import numpy as np
 
 from ksmea.errors import SettingError, shortened
 from measurements.formats.curve import Curve
-from measurements.formats.order_tracking import seconds
 from measurements.formats.texts import SEPARATORS, has_decimal_commas, number, rows_of_cells, text_of
+from measurements.formats.timestamps import seconds
 from measurements.formats.user_answers import Answers
+from measurements.formats.waveforms.system1_waveform import Export, is_waveform, waveform_curves
 from measurements.run_up_rows import MAX_ROWS
 
 SPEED, AMPLITUDE, PHASE = "x-axis value", "y-axis value", "phase"
@@ -61,8 +64,25 @@ def read_system1(content: bytes, answers: Answers) -> list[Curve]:
     blocks = _blocks(text, separator, path)
     if not any(block.rows for block in blocks):
         raise SettingError(f"{path}: expected rows below X-Axis Value, Y-Axis Value, got none")
-    curves = [_curve(block, path) for block in blocks if block.rows]
-    return [curve for curve in curves if curve is not None]
+    filled = [block for block in blocks if block.rows]
+    waves = [block for block in filled if is_waveform(block.named.get("variable", ""))]
+    curves = [_curve(block, path) for block in filled if block not in waves]
+    if waves and answers.phase in ("lag", "lead"):
+        raise SettingError(f"phase: expected none with waveforms, whose phases are computed here, got {answers.phase}")
+    exports = [Export(block.named, block.lines[0], _samples(block, path)) for block in waves]
+    return [*(curve for curve in curves if curve is not None), *waveform_curves(exports, answers.harmonics, path)]
+
+
+def _samples(block: _Block, path: str) -> np.ndarray:
+    at = block.columns.index(AMPLITUDE)
+    cells = [row[at] for row in block.rows]
+    comma = has_decimal_commas(cells, path)
+    values = [number(cell, f"{path} line {line}", decimal_comma=comma) for cell, line in zip(cells, block.lines)]
+    if not np.all(np.isfinite(values)):
+        raise SettingError(
+            f"{path} line {block.lines[0]}: expected a number in each sample, got none in some; export it again"
+        )
+    return np.array(values)
 
 
 def is_system1(text: str) -> bool:
@@ -94,7 +114,7 @@ def _blocks(text: str, separator: str, path: str) -> list[_Block]:
                 blocks.append(_Block())
             blocks[-1].named[lowered[0]] = cells[1] if len(cells) > 1 else ""
         elif blocks[-1].columns:
-            n_row += 1
+            n_row += not is_waveform(blocks[-1].named.get("variable", ""))
             if n_row > MAX_ROWS:
                 raise SettingError(f"{path} line {line}: expected at most {MAX_ROWS} rows, got more; thin them out")
             _add(blocks[-1], line, cells, path)
@@ -114,7 +134,7 @@ def _columns(names: Sequence[str], where: str) -> list[str]:
 
 def _is_named(cells: Sequence[str], block: _Block) -> bool:
     """Whether a line below a table is a line `name,value` of the next point."""
-    return len(cells) <= 2 < len(block.columns) and bool(re.match(r"[A-Za-z]", cells[0]))
+    return len(cells) <= 2 <= len(block.columns) and bool(re.match(r"[A-Za-z]", cells[0]))
 
 
 def _add(block: _Block, line: int, cells: list[str], path: str) -> None:

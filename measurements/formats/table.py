@@ -22,8 +22,9 @@ from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.column_guess import columns_question
 from measurements.formats.curve import Curve, Flags
 from measurements.formats.sheet import Sheet
-from measurements.formats.unit_texts import amplitude_unit, degrees_per, seconds_per
+from measurements.formats.unit_texts import amplitude_unit, degrees_per, seconds_per, sense_in_heading
 from measurements.formats.user_answers import Answers
+from measurements.formats.waveforms.clock import times_of
 from measurements.run_up_rows import REQUIRED
 
 VALUES = ("amplitude", "phase", "real", "imag", "response", "sigma")
@@ -188,9 +189,10 @@ def _curve(sheet: Sheet, roles: Roles, name: str) -> tuple[Curve, Flags | None]:
         amplitude,
         phase=phase,
         sigma=None if sigma is None else sheet.numbers(sigma),
-        time=None if time is None else sheet.numbers(time) * seconds_per(sheet.unit(time), sheet.where),
+        time=None if time is None else times_of(sheet, time) * seconds_per(sheet.unit(time), sheet.where),
         speed_unit=sheet.unit(speed),
         unit=sheet.unit(heading),
+        stated_sense=sense_in_heading(sheet.named(of_phase)) if (of_phase := roles.of("phase", name)) else "",
     )
     if status is None:
         return curve, None

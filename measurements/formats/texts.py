@@ -13,8 +13,10 @@ from measurements.run_up_rows import quoted
 
 BYTE_ORDER_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 SEPARATORS = (";", "\t", "|", ",")
+BLANKS = " "  # any number of blanks between two cells, which have none inside
 POINT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eEdD][-+]?[0-9]+)?", re.ASCII)
 COMMA = re.compile(r"[-+]?([0-9]+,[0-9]*|,[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
+VALUE = re.compile(r"[-+.,]?[0-9][-+0-9.,:/TZEe ]*", re.ASCII)  # a number, a date or a clock time
 MISSING = {"", "-", "--", "---", "n/a", "na", "nan", "null", "none", "invalid", "#n/a", "*", "inf", "-inf", "+inf"}
 LONGEST_LINE = 100_000  # characters
 HEAD = 100_000  # bytes, even for UTF-16: headings stand at the beginning
@@ -55,11 +57,24 @@ def rows_of_cells(text: str, separator: str, path: str) -> Iterator[tuple[int, l
             continue
         if len(line) > LONGEST_LINE:
             raise SettingError(f"{path} line {number}: expected cells of a table, got a line of {len(line)} characters")
+        if separator == BLANKS:
+            yield number, line.split()
+            continue
         try:
             (cells,) = csv.reader([line.strip("\n")], delimiter=separator, strict=True)
         except (csv.Error, ValueError) as error:
             raise SettingError(f"{path} line {number}: expected cells of a table, got {quoted(error)}") from error
         yield number, [cell.strip() for cell in cells]
+
+
+def is_data(cells: Sequence[str]) -> bool:
+    """Whether a line holds values and no headings: numbers, and nothing else but times and signs for a value that is missing.
+
+    >>> is_data(["0.001", "-2,5"]), is_data(["12:00:01", "3", "n/a"]), is_data(["t", "KPH"]), is_data(["12 May", "rig"])
+    (True, True, False, False)
+    """
+    has_number = any(POINT.fullmatch(cell) or COMMA.fullmatch(cell) for cell in cells)
+    return has_number and all(cell.lower() in MISSING or VALUE.fullmatch(cell) for cell in cells)
 
 
 def has_decimal_commas(cells: Sequence[str], where: str) -> bool:

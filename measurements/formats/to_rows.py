@@ -186,6 +186,13 @@ def _sense(curve: Curve, answers: Answers, where: str) -> str:
                 f"{where}: expected phases, which phase={answers.phase} speaks of, got none; leave it out"
             )
         return "none"
+    if curve.stated_sense:
+        if answers.phase not in (None, "none", curve.stated_sense):
+            raise SettingError(
+                f"{where}: expected phase={curve.stated_sense}, which the heading of {shortened(curve.name or 'the phase')} says, got"
+                f" {answers.phase}; leave it out, or correct the heading"
+            )
+        return answers.phase or curve.stated_sense
     if not answers.phase and not curve.sense:
         raise OpenQuestion(
             f"{where}: expected to be told whether phases are lags or leads; give phase=lag, lead or none",

@@ -44,20 +44,32 @@ _SPELT = {
     "inch": "in",
     "inches": "in",
     "ips": "in/s",
+    "mm s": "mm/s",  # of mm_s
     "m/s^2": "m/s2",
     "m/s**2": "m/s2",
     "g's": "g",
 }
 _VOLTAGES = ("v", "mv", "uv", "kv", "volt", "volts", "millivolt", "millivolts")
 _DETECTOR = {
-    "pp": r"p-?p|pk-?pk|peak[- ]?(?:to[- ])?peak",
+    "pp": r"p[-/ ]?p|pk[- ]?pk|peak[- ]?(?:to[- ])?peak|spitze[- ]spitze|crête à crête|c[àa-]c|pico a pico|picco-?picco",
     "rms": r"rms|eff",
     "0pk": r"0-?pk?|0-peak|zero[- ]to[- ]peak|pk|peak",
 }
 _SPEED = {
-    "rpm": ("rpm", "cpm", "1/min", "u/min", "min-1", "min^-1", "r/min", "rev/min"),
+    "rpm": (
+        *("rpm", "r.p.m.", "cpm", "1/min", "u/min", "min-1", "min^-1", "min⁻¹", "r/min", "rev/min"),
+        *("tr/min", "giri/min", "obr/min", "omw/min", "varv/min", "об/мин", "转/分", "回/分"),
+    ),
     "Hz": ("hz", "cps", "1/s", "s-1", "rev/s"),
     "rad/s": ("rad/s", "rad/sec"),
+}
+MOST_WORDS = 4  # of a unit with its detector
+_MISTAKABLE = {"", "g", "m", "in", "v", "s", "h", "min"}  # which may be names, or the least of something
+_LETTERS = re.compile(r"[^\W\d_]+")
+# English, German, French, Spanish, Italian
+_SENSES = {
+    "lag": ("lag", "nacheil", "retard", "retraso", "ritardo"),
+    "lead": ("lead", "voreil", "avance", "adelanto", "anticipo"),
 }
 _PARENTHESES = re.compile(r"[\[(]([^\[\]()]*)[\])]\s*$")
 
@@ -146,11 +158,35 @@ def _plain(unit: str) -> str:
     return unit.strip().lower().replace("µ", "u").replace("μ", "u")
 
 
-def unit_in_heading(heading: str) -> str:
-    """What stands in brackets at the end of a heading; empty where nothing does.
+def unit_in_heading(heading: str, *, in_brackets: bool = True) -> str:
+    """The text in brackets at the end of a heading, or the last words if they are a unit; empty if there is neither.
 
-    >>> unit_in_heading("1X Amp (µm pp)"), unit_in_heading("Speed")
-    ('µm pp', '')
+    >>> unit_in_heading("1X Amp (µm pp)"), unit_in_heading("X_um_pp"), unit_in_heading("Speed"), unit_in_heading("probe_g")
+    ('µm pp', 'um pp', '', '')
     """
-    found = _PARENTHESES.search(heading)
-    return found[1] if found else ""
+    found = _PARENTHESES.search(heading) if in_brackets else None
+    if found:
+        return found[1]
+    words = heading.replace("_", " ").replace(".", " ").split()
+    tails = (" ".join(words[-count:]) for count in range(min(MOST_WORDS, len(words)), 0, -1))
+    return next(filter(_is_unmistakable, tails), "")
+
+
+def _is_unmistakable(text: str) -> bool:
+    """Whether words without brackets are a unit, and not the name of a probe: g and m alone may be one."""
+    if _plain(text) in _MISTAKABLE:
+        return False
+    unit = amplitude_unit(text)
+    is_amplitude = is_voltage(text) or (unit is not None and bool(unit.unit))
+    return is_amplitude or bool(speed_unit(text)) or _plain(text) in (*PHASES, *TIMES)
+
+
+def sense_in_heading(heading: str) -> str:
+    """Whether a heading says that its phases are lags or leads; empty if it does not.
+
+    >>> sense_in_heading("X Phase Lag [deg]"), sense_in_heading("phase_lead_deg"), sense_in_heading("Phase")
+    ('lag', 'lead', '')
+    """
+    words = _LETTERS.findall(heading.lower())
+    found = [sense for sense, known in _SENSES.items() if any(word.startswith(known) for word in words)]
+    return found[0] if len(found) == 1 else ""

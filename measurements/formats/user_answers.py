@@ -13,9 +13,12 @@ from ksmea.settings.settings import Settings, setting
 from measurements.formats.unit_texts import DETECTORS, SCALED, SPEED_UNITS, UNITS, is_voltage
 
 OWN = "run_up"  # the project's own CSV file, which leaves nothing open
-FORMATS = (OWN, "csv", "excel", "mat", "uff", "system1", "adre", "waveform")
+FORMATS = (OWN, "csv", "excel", "mat", "tdms", "uff", "system1", "adre", "waveform")
 SENSES = ("lag", "lead", "none")
 ROTATIONS = ("ccw", "cw")
+KEYPHASOR_EDGES = ("rising", "falling")
+VECTORS = ("each", "mean")
+WAVEFORM_ALONE = ("revolutions", "sampling", "keyphasor_edge", "constant_speed", "speed_band", "vectors")
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,7 @@ class Answers(Settings):
     path: str = setting("", "the file; docs/examples/run_up.csv shows the columns and units of the project's own")
     format: str = setting(
         OWN,
-        "what wrote the file: the project's own columns, any table (csv, excel, mat), a universal file (58, 58b), an export"
+        "what wrote the file: the project's own columns, any table (csv, excel, mat, tdms), a universal file (58, 58b), an export"
         " of System 1 or ADRE, or waveforms with a keyphasor; docs/own_data.md",
         choices=FORMATS,
     )
@@ -68,6 +71,26 @@ class Answers(Settings):
         [1.0], "multiples of the speed of rotation that are read, where the file has several", above=0
     )
     revolutions: int = setting(1, "turns of the shaft that each row of a waveform averages", at_least=1)
+    keyphasor_edge: str | None = setting(
+        None,
+        "edge of the keyphasor's mark that phases of waveforms count from, the same for all records of a machine; null: the"
+        " leading edge of a mark of less than a quarter of a turn",
+        choices=KEYPHASOR_EDGES,
+    )
+    constant_speed: float | None = setting(
+        None, "speed of the shaft throughout a waveform without a keyphasor; amplitudes alone", unit="rpm", above=0
+    )
+    speed_band: list[float] = setting(
+        [],
+        "lowest and highest speed (rpm) between which the vibration itself says the speed of a waveform without a keyphasor: its"
+        " strongest component, which must be the 1X; amplitudes alone",
+        above=0,
+    )
+    vectors: str = setting(
+        "each",
+        "whether windows of a waveform are a row each, or one row of their mean, for a record at a steady speed",
+        choices=VECTORS,
+    )
     sampling: float | None = setting(None, "sampling rate of waveforms that have no column of time", unit="Hz", above=0)
     repeats: str = setting(
         "refuse",
@@ -108,11 +131,15 @@ class Answers(Settings):
                     f"probes, columns, harmonics, phase: expected none with format={OWN}, whose columns have fixed names, got some; leave"
                     " them out, or name the format of the file (format=csv)"
                 )
-        for name in ("revolutions", "sampling"):
-            if self.format != "waveform" and (given := getattr(self, name)) != defaults[name]:
+        for name in WAVEFORM_ALONE:
+            if self.format != "waveform" and (given := getattr(self, name)) not in (defaults[name], []):
                 raise SettingError(
                     f"{name}: expected none with format={self.format}, which holds no waveforms, got {given}; leave it out"
                 )
+        if self.speed_band and (len(self.speed_band) != 2 or self.speed_band[0] >= self.speed_band[1]):
+            raise SettingError(
+                f"speed_band: expected [lowest,highest] in rpm, got {self.speed_band}; such as [600,3000]"
+            )
         if self.scale is not None and self.unit is None:
             raise SettingError(
                 "scale: expected the unit that it leads to beside it, got none; give unit=mil or another"

@@ -25,7 +25,7 @@ from instrument_files import (
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from measurements.file import File
-from measurements.formats.mat import read_mat
+from measurements.formats.binary.mat import read_mat
 from measurements.formats.probe_positions import model_direction
 from measurements.run_up_csv import rows_as_csv
 

@@ -68,7 +68,7 @@ def test_a_table_without_any_answer(folder, capsys):
     rows = [
         "Rig 3, May",
         *["#"] * 3,
-        "RPM,Amp,Phase",
+        "Speed,Amp,Phase",
         "1000,2,30",
         "1100,3,40",
         "1200,4,55",
@@ -304,6 +304,19 @@ def test_one_question_at_a_time_of_a_measurement_is_one_line(folder):
          ("speed=rpm", "amplitude.X=X amp", "phase.X=X phase", "amplitude.Y=Y amp", "phase.Y=Y phase")),
         (["rpm", "Amp DE (um pp)", "Amp NDE (mil pp)", "Angle NDE", "Angle DE"],  # phases in another order
          ("speed=rpm", "amplitude.DE=Amp DE (um pp)", "phase.DE=Angle DE", "amplitude.NDE=Amp NDE (mil pp)", "phase.NDE=Angle NDE")),
+        (["speed_rpm", "X_um_pp", "X_deg", "Y_um_pp", "Y_deg"],
+         ("speed=speed_rpm", "amplitude.X=X_um_pp", "phase.X=X_deg", "amplitude.Y=Y_um_pp", "phase.Y=Y_deg")),
+        (["RPM", "X [mils pk-pk]", "X Phase Lag [deg]", "Y [mils pk-pk]", "Y Phase Lag [deg]"],
+         ("speed=RPM", "amplitude.X=X [mils pk-pk]", "phase.X=X Phase Lag [deg]", "amplitude.Y=Y [mils pk-pk]",
+          "phase.Y=Y Phase Lag [deg]")),
+        (["n", "A1", "Ph1"], ()),  # A1 is a probe as well
+        (["spd", "amp1", "ph1"], ("speed=spd", "amplitude=amp1", "phase=ph1")),
+        (["Drehzahl in U/min", "Schwingweg", "Winkel"], ("speed=Drehzahl in U/min", "amplitude=Schwingweg", "phase=Winkel")),
+        (["vitesse (tr/min)", "déplacement (µm)", "phase"],
+         ("speed=vitesse (tr/min)", "amplitude=déplacement (µm)", "phase=phase")),
+        (["velocidad", "desplazamiento", "fase"], ("speed=velocidad", "amplitude=desplazamiento", "phase=fase")),
+        (["velocità [giri/min]", "ampiezza", "fase"], ("speed=velocità [giri/min]", "amplitude=ampiezza", "phase=fase")),
+        (["转速", "振幅", "相位"], ("speed=转速", "amplitude=振幅", "phase=相位")),
         (["rpm", "amp X", "amp Y"], ("speed=rpm", "amplitude.X=amp X", "amplitude.Y=amp Y")),
         (["rpm", "X amp", "Y amp", "X phase", "Z phase"], ()),  # names disagree
         (["rpm", "amp", "phase", "amp", "phase"], ()),  # nothing tells two probes apart

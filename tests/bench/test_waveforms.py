@@ -5,7 +5,13 @@ import pytest
 
 from instrument_files import HALF_HEIGHT, sampled, waveform, written
 from ksmea.errors import SettingError
-from measurements.formats.order_tracking import evened, noise_of, pulse_times, tracked
+from measurements.formats.waveforms.keyphasor import mark_of
+from measurements.formats.waveforms.order_tracking import evened, noise_of, tracked
+
+
+def pulse_times(time, keyphasor):
+    return mark_of(time, keyphasor, None).time
+
 
 RUN_UP = "speed_rpm,position_m,direction,amplitude_um_0pk,phase_lead_deg"
 
@@ -48,9 +54,9 @@ def test_half_orders_need_whole_windows_and_noise_needs_neighbours():
     assert np.max(np.abs(found.values[..., 1])) < 1e-3  # there is none in the signal
     with pytest.raises(SettingError, match="a pulse is missing"):
         tracked(time, signals, np.delete(pulses, 4), (1.0,))
-    with pytest.raises(SettingError, match="expected pulses"):
+    with pytest.raises(SettingError, match="expected a pulse in each turn"):
         pulse_times(time, np.zeros(len(time)))
-    with pytest.raises(SettingError, match="expected pulses"):
+    with pytest.raises(SettingError, match="expected a pulse in each turn"):
         pulse_times(time, np.random.default_rng(1).standard_normal(len(time)))
 
 
@@ -85,6 +91,14 @@ def test_pulses_that_are_known_well_are_left_as_they_are():
     uneven = even + np.random.default_rng(0).normal(0, 1e-4, 300)
     assert np.std((evened(uneven) - even)[20:-20]) < 0.5e-4
     assert np.std((np.diff(evened(uneven)) - np.diff(even))[20:-20]) < 0.1 * np.std(np.diff(uneven) - np.diff(even))
+
+
+def test_speeds_that_coincide_are_no_repeats():
+    """Ten turns of 50 samples each: equal speeds in all digits, of rows at ten times."""
+    time = np.arange(600) / 1000
+    pulses = np.arange(1, 12) * 0.05
+    found = tracked(time, np.cos(40 * np.pi * time)[:, None], pulses, (1.0,))
+    assert len(set(found.speed.tolist())) == 10 and found.speed == pytest.approx(np.full(10, 40 * np.pi), rel=1e-7)
 
 
 def test_a_drifting_gap_does_not_leak_into_1x():

@@ -9,7 +9,9 @@ import ksmea
 from balancing_cases import corrections
 from ksmea.balancing.correction import condition_number, well_shown
 from ksmea.errors import SettingError
+from ksmea.problem.alignment import aligned
 from ksmea.show.json_units import with_units
+from problems.three_disk import ThreeDisk
 
 BARE, FIRST, SECOND = (
     np.array([8 + 2j, 3 - 4j]),
@@ -73,6 +75,44 @@ def test_the_unit_of_the_file_is_that_of_all_output(tmp_path, sizes, planes, si,
     assert ("g mm" in shown) == ("g mm" in units) and all(f"µm/({unit})" in shown for unit in units)
 
 
+@pytest.mark.parametrize(
+    "sizes, planes, units",
+    [
+        (("size: 5 g", "size: 5 g"), "", ("g", "g")),
+        (("size: 5 g", "size: 5 oz"), "", ("g", "oz")),
+        (("size: 5 g", "size: 5 g @ 80 mm"), "", ("g", "g @ 80 mm")),
+        (
+            ("size: 5 washers", "size: 5"),
+            "planes: [{position: 0.2, unit: washers}, {position: 0.4, unit: M6 bolts}]\n",
+            ("washers", "M6 bolts"),
+        ),
+    ],
+)
+def test_masses_at_one_radius_and_units_of_ones_own_need_no_radius(tmp_path, sizes, planes, units):
+    """Five units in each plane act like 30 g mm, so that one is 6 g mm: corrections are numbers of what was put on."""
+    found = job(
+        tmp_path, planes,
+        (f"position: 0.2, {sizes[0]}", (3e-5, 0)), (f"position: 0.4, {sizes[1]}, angle_deg: 90", (0, 3e-5j)),
+    )  # fmt: skip
+    np.testing.assert_allclose(corrections(found), KG_M / 6e-6, rtol=1e-8)
+    assert found.record.correction.units == units
+    shown = str(found) + json.dumps(with_units(found.record)) + found.to_frame().to_csv()
+    assert "g mm" not in shown and all(f"µm/({unit})" in shown for unit in units)
+
+
+def test_sizes_without_a_radius_are_split_onto_holes_and_never_given_to_a_rotor_model(tmp_path):
+    planes = "planes: [{position: 0.2, unit: washers, holes: 12, step: 1 washers}]\n"
+    weights = (("position: 0.2, size: 5 washers", (3e-5, 0)), ("position: 0.4, size: 5 g", (0, 3e-5)))
+    [split] = job(tmp_path, planes, *weights).record.correction.splits
+    assert all(each.size == round(each.size) and each.unit == "washers" for each in split.weights)
+    measured = ksmea.read_measurement(tmp_path / "job.yaml")
+    message = (
+        r"run r1: expected weights in kg m of unbalance for a rotor model, got washers at 0.2 m; give radius in planes"
+    )
+    with pytest.raises(SettingError, match=message):
+        aligned(ThreeDisk(sensors=[0.1, 0.5]).build(), measured)
+
+
 def test_weights_go_into_the_holes_of_their_plane(tmp_path):
     planes = "planes: [{position: 0.2, radius: 120 mm, holes: 12, first_angle_deg: 15, occupied: [2]}]\n"
     runs = (("position: 0.2, size: 0.25 g", (3e-5, 0)), ("position: 0.4, size: 30 g mm", (0, 3e-5)))
@@ -93,7 +133,10 @@ def test_weights_go_into_the_holes_of_their_plane(tmp_path):
 @pytest.mark.parametrize(
     "weight, planes, said",
     [
-        ("size: 5 g", "", "runs[2].weights[1].size: expected the radius of a mass, got none"),
+        ("size: 5 g", "planes: [{position: 0.2, unit: oz in}]\n", "expected weights that can be compared, got some in g and"),
+        ("size: 5 g", "planes: [{position: 0.2, unit: 3 g}]\n", "planes[1].unit: expected a unit such as g, oz in or washers"),
+        ("size: 5 g", "planes: [{position: 0.2, holes: 4, most: 3 g mm}]\n", "planes[1].most: expected weights that can be"),
+        ("size: 5 washers", "", "a unit of your own needs the plane's unit"),
         ("size: 5", "", "expected a size above 0 such as 2.5 oz in"),
         ("size: 0 g mm", "", "expected a size above 0"),
         ("size: 5 g furlong", "", "expected a size such as"),

@@ -10,11 +10,13 @@ from ksmea.errors import SettingError
 from ksmea.fits.fitting import Fit
 from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.likelihood import Likelihood
-from ksmea.measurement.campaign import Campaign, UnknownWeight, Weight
+from ksmea.measurement.campaign import Campaign, Plane, UnknownWeight, Weight, WeightUnit
 from ksmea.measurement.measurement import observe
 from ksmea.plugins.registry import create
 from ksmea.problem.alignment import aligned
 from ksmea.problem.counted import Model
+from ksmea.records.weights import WeightsRecord
+from ksmea.show import weights_text
 from ksmea.studies.weights import weights_found
 from problems.three_disk import ThreeDisk
 
@@ -41,7 +43,7 @@ X = np.array(
 
 
 def _fit(data):
-    likelihood = Likelihood(Model(SEEN), data)
+    likelihood = Likelihood(Model(aligned(PLAIN, data)), data)
     return Fit(likelihood, maximise(likelihood, likelihood.start(SEEN.parameters.to_cube(X))))
 
 
@@ -96,6 +98,26 @@ def test_the_corrections_calm_the_machine_itself():
     assert np.all(after < 0.03 * before)
     assert np.all(after < 3 * np.array(found.after))
     np.testing.assert_allclose(found.before, before, rtol=0.1)  # the coarser mesh, near a resonance
+
+
+def test_texts_and_tables_show_weights_in_the_unit_of_their_file():
+    """The same fit with planes in oz in: numbers of g mm divided by 720.08, influence multiplied by it, JSON in SI as before."""
+    ounce_inch = WeightUnit("oz in", 28.349523125e-3 * 25.4e-3)
+    campaign = dataclasses.replace(DATA.campaign, planes=(Plane(TRIAL.position, ounce_inch),))
+    plain, found = (weights_found(_fit(data), LEVEL) for data in (DATA, dataclasses.replace(DATA, campaign=campaign)))
+    said = "\n".join(weights_text.lines(found))
+    assert "oz in" in said and "g mm" not in said and "g mm" in "\n".join(weights_text.lines(plain))
+    size = ounce_inch.si * 1e6
+    tables = [weights_text.frame(each).set_index("parameter") for each in (plain, found)]
+    sizes = [name for name in tables[0].index if name.endswith("size")]
+    for column in ("value", "low", "high"):
+        np.testing.assert_allclose(tables[1].loc[sizes, column] * size, tables[0].loc[sizes, column])
+    assert set(tables[1].loc[sizes, "unit"]) == {"oz in"}
+    one, two = (weights_text.influence_frame(each) for each in (plain, found))
+    np.testing.assert_allclose(two["influence"], one["influence_um_per_g_mm"] * size)
+    np.testing.assert_allclose(two["influence_se"], one["influence_se"] * size)
+    assert set(two["unit"]) == {"µm/(oz in)"}
+    assert WeightsRecord.from_data(found.to_data()) == found
 
 
 def test_influence_is_what_a_weight_adds():

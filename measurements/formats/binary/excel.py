@@ -1,4 +1,4 @@
-"""Excel files (.xlsx): one sheet, its headings in the first row that has them all."""
+"""Excel files (.xlsx, and .xls by `old_excel`): one sheet, its headings in the first row that has them all."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from itertools import islice
 from typing import Any
 
 from ksmea.errors import SettingError, shortened, unknown
+from measurements.formats.binary.old_excel import old_book
 from measurements.formats.column_guess import Guess, columns_question, guessed_columns
 from measurements.formats.questions import OpenQuestion
 from measurements.formats.sheet import MOST_LINES, Cell, Sheet, SheetRows, require_distinct
 from measurements.run_up_rows import MAX_BYTES, MAX_ROWS, REQUIRED, quoted
 
 MAX_COLUMNS = 1000
-ZIP, OLD_EXCEL = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
+EXCEL = ZIP, OLD_EXCEL = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 
 
 def read_excel(content: bytes, path: str, sheet: str, headings: Sequence[str], most_rows: int = MAX_ROWS) -> Sheet:
@@ -37,23 +38,15 @@ def first_rows(content: bytes, path: str, sheet: str, guess: Guess) -> list[list
 @contextlib.contextmanager
 def _book(content: bytes, path: str) -> Iterator[Any]:
     """The open file. Whatever a damaged one makes openpyxl raise, also later, is a `SettingError`."""
-    if content.startswith(OLD_EXCEL):
+    if not content.startswith(EXCEL):
         raise SettingError(
-            f"{path}: expected .xlsx, got an older or an encrypted Excel file; save it as .xlsx without password"
+            f"{path}: expected an Excel file (.xlsx, .xls), got something else; name the format of the file"
         )
-    if not content.startswith(ZIP):
-        raise SettingError(f"{path}: expected an Excel file (.xlsx), got something else; name the format of the file")
     try:
-        import openpyxl
-    except ImportError as error:
-        raise SettingError(
-            f"{path}: Excel files are read by openpyxl, which is not installed; pip install 'ksmea-bench[formats]', or save it as"
-            " CSV and give format=csv"
-        ) from error
-    _require_small(content, path)
-    try:
-        book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-    except Exception as error:  # openpyxl raises whatever a damaged archive makes it meet
+        book: Any = old_book(content, path) if content.startswith(OLD_EXCEL) else _new_book(content, path)
+    except SettingError:
+        raise
+    except Exception as error:  # openpyxl and xlrd raise whatever a damaged file makes them meet
         raise _unreadable(path, error) from error
     try:
         yield book
@@ -63,6 +56,18 @@ def _book(content: bytes, path: str) -> Iterator[Any]:
         raise _unreadable(path, error) from error
     finally:
         book.close()
+
+
+def _new_book(content: bytes, path: str) -> Any:
+    try:
+        import openpyxl
+    except ImportError as error:
+        raise SettingError(
+            f"{path}: Excel files are read by openpyxl, which is not installed; pip install 'ksmea-bench[formats]', or save it as"
+            " CSV and give format=csv"
+        ) from error
+    _require_small(content, path)
+    return openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
 
 
 def _require_small(content: bytes, path: str) -> None:

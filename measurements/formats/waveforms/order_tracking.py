@@ -6,10 +6,11 @@ squares, by a constant and a harmonic series,
 
     x(t) ≈ a + Σ_h Re(q_h e^{ihθ(t)}).
 
-Each q_h is zero to peak and its phase is a lead, counted from the pulse. Samples need not divide the turn evenly. The first harmonics
+Each q_h is zero to peak and its phase is a lead, counted from the mark's edge (`keyphasor`). Samples need not divide the turn evenly. The first harmonics
 are fitted along even where nobody asks for them, so that they do not leak into those that are asked for. White noise of σ in each of
 n samples makes a vector of variance 4 σ²/n. The gap of a probe drifts: the fit is done again without the line through the constants
-of neighbouring windows, since a straight line in each would cost 1X nearly half of its precision.
+of neighbouring windows, since a straight line in each would cost 1X nearly half of its precision. Nor need samples be even in time:
+each counts at its own angle, as a logger's clock says it, and windows in which samples are missing are left out.
 
 The noise of a vector is what differs from one window to the next: of white noise the second difference of three disjoint windows
 has the variance 6 s², and a vector that changes evenly with speed leaves nothing of itself there.
@@ -23,26 +24,26 @@ as the speed needs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
 from ksmea.units import TURN
+from measurements.formats.waveforms.keyphasor import IRREGULAR
 
 ALONG = (1.0, 2.0, 3.0)  # harmonics that are fitted in any case
 SAMPLES_PER_UNKNOWN = 2  # in each window, at least
 FEWEST_PULSES = 4  # that a cubic goes through
+APART = 1e-9  # relative: far below the error of any speed
+GAP = 0.15  # of a window, without samples
+MISSING = 2.5  # steps of the clock, from which on samples are missing
 FEWEST_WINDOWS = 5  # that say a noise
 NEIGHBOURS = 10  # windows on either side that share their noise
-REARMED, CROSSED = 0.25, 0.5  # of a pulse's height: below the one it is over, at the other it is there
-IRREGULAR = 1.5  # times as long as the turn before: a pulse is missing, or one too many
-CLEAR = 10.0  # times as high as what the signal does beside its pulses, in the median
 
 
 @dataclass(frozen=True)
@@ -54,25 +55,7 @@ class Tracked:
     values: ComplexArray  # (n_window, n_signal, n_harmonic), zero to peak
     sigma: Array | None  # the same shape, total; None where the windows are too few to say
     first: Indices  # (n_window,) the first sample
-
-
-def pulse_times(time: Array, keyphasor: Array) -> Array:
-    """When each pulse begins, s: its leading edge at half its height, whether it goes up or down. Raises `SettingError`
-    where there are no pulses."""
-    rest = float(np.median(keyphasor))
-    up, down = float(np.max(keyphasor)) - rest, rest - float(np.min(keyphasor))
-    height = (keyphasor - rest) / (up if up >= down else -down) if max(up, down) > 0 else np.zeros(len(time))
-    if not np.any(height) or float(np.median(np.abs(height))) * CLEAR > 1:
-        raise SettingError(
-            "keyphasor: expected pulses from a level at rest, got none; name the column of the keyphasor"
-        )
-    above, below = height >= CROSSED, height < REARMED
-    state = np.where(above, 1, np.where(below, -1, 0))  # 0 keeps what was before
-    known = np.flatnonzero(state)
-    edges = known[1:][(state[known][1:] == 1) & (state[known][:-1] == -1)]
-    before = edges - 1
-    part = (CROSSED - height[before]) / (height[edges] - height[before])
-    return np.asarray(time[before] + part * (time[edges] - time[before]))
+    n_gap: int = 0  # windows that are left out since samples are missing in them
 
 
 def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, ...], revolutions: int = 1) -> Tracked:
@@ -94,31 +77,63 @@ def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, 
     pulses = evened(pulses)
     ends = pulses[: (len(pulses) - 1) // revolutions * revolutions + 1 : revolutions]
     starts = np.searchsorted(time, ends)
-    counts = np.diff(starts)
-    fitted = tuple(dict.fromkeys((*harmonics, *ALONG)))
-    if np.min(counts) < SAMPLES_PER_UNKNOWN * (1 + 2 * len(fitted)):
-        fitted = tuple(harmonics)
-    n_basis = 1 + 2 * len(fitted)
-    if np.min(counts) < SAMPLES_PER_UNKNOWN * n_basis:
-        raise SettingError(
-            f"waveform: expected at least {SAMPLES_PER_UNKNOWN * n_basis} samples in {revolutions} turns, got {np.min(counts)};"
-            " sample faster, or give more revolutions"
-        )
-    inside = slice(int(starts[0]), int(starts[-1]))
-    angle = TURN * _turns(pulses, time[inside])
-    window = np.repeat(np.arange(len(counts)), counts)
-    basis = [np.ones(len(window))]
+    whole = np.flatnonzero(~_has_gap(time, starts, ends))
+    n_gap = len(starts) - 1 - len(whole)
+    fitted = _fitted(np.diff(starts)[whole], harmonics, revolutions)
+    # the samples of whole windows, one window after the other
+    counts = np.diff(starts)[whole]
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    inside = np.arange(int(counts.sum())) + np.repeat(starts[whole] - first, counts)
+    at = time[inside]
+    angle = TURN * _turns(pulses, at)
+    basis = [np.ones(len(inside))]
     for harmonic in fitted:
         basis += [np.cos(harmonic * angle), -np.sin(harmonic * angle)]
-    first, functions, waves = starts[:-1] - starts[0], np.stack(basis), signals[inside].T
+    functions, waves = np.stack(basis), signals[inside].T
     levels = _least_squares(functions, waves, first)[:, 0].T  # (n_signal, n_window), by which the gap drifts
-    centres = (ends[:-1] + ends[1:]) / 2
-    drift = np.stack([np.interp(time[inside], centres, level) for level in levels])
+    centres = (ends[:-1] + ends[1:])[whole] / 2
+    drift = np.stack([np.interp(at, centres, level) for level in levels])
     coefficients = _least_squares(functions, waves - drift, first)
     values = coefficients[:, 1::2] + 1j * coefficients[:, 2::2]  # (n_window, n_harmonic, n_signal)
     values = np.moveaxis(values[:, : len(harmonics)], 1, 2)
-    speed = TURN * revolutions / np.diff(ends)
-    return Tracked(ends[:-1], speed, values, noise_of(values), starts[:-1])
+    speed = _distinct(TURN * revolutions / np.diff(ends)[whole])
+    return Tracked(ends[whole], speed, values, noise_of(values), starts[whole], n_gap)
+
+
+def _distinct(speed: Array) -> Array:
+    """Speeds (n,) of which none is equal to another: of pulses that fall on samples, some coincide in all digits by chance."""
+    order = np.argsort(speed, kind="stable")
+    number = np.arange(len(speed))
+    is_first = np.diff(speed[order], prepend=-np.inf) != 0
+    found = np.empty(len(speed))
+    found[order] = speed[order] * (1 + APART * (number - np.maximum.accumulate(np.where(is_first, number, 0))))
+    return found
+
+
+def _has_gap(time: Array, starts: Indices, ends: Array) -> NDArray[np.bool_]:
+    """Whether samples are missing in a window (n_window,), so that its harmonics are badly determined: a gap of 0.15 turns raises the
+    error of 1X by a third, one of a quarter to 2.6 times."""
+    steps = np.diff(time)
+    wide = np.flatnonzero(steps > max(GAP * float(np.median(np.diff(ends))), MISSING * float(np.median(steps))))
+    found = np.diff(starts) == 0
+    for step in wide:  # from one sample to the next, which may be in another window
+        low, high = np.searchsorted(ends, [time[step], time[step + 1]], side="right") - 1
+        found[max(low, 0) : max(high + 1, 0)] = True
+    return found
+
+
+def _fitted(counts: Indices, harmonics: tuple[float, ...], revolutions: int) -> tuple[float, ...]:
+    """The harmonics that are fitted, with so many samples in each window. Raises `SettingError` if these are too few."""
+    fewest = int(np.min(counts)) if len(counts) else 0
+    fitted = tuple(dict.fromkeys((*harmonics, *ALONG)))
+    if fewest < SAMPLES_PER_UNKNOWN * (1 + 2 * len(fitted)):
+        fitted = tuple(harmonics)
+    if fewest < (least := SAMPLES_PER_UNKNOWN * (1 + 2 * len(fitted))):
+        raise SettingError(
+            f"waveform: expected at least {least} samples in {revolutions} turns, got {fewest}; sample faster, or give more"
+            " revolutions"
+        )
+    return fitted
 
 
 def noise_of(values: ComplexArray) -> Array | None:
@@ -191,7 +206,7 @@ def evened(pulses: Array) -> Array:
 
 
 def _relative_error(pulses: Array) -> float:
-    """Of a pulse time, in turns."""
+    """Error of a pulse time, in turns."""
     uneven = np.diff(pulses, 3)
     if not uneven.size:
         return 0.0
@@ -201,33 +216,3 @@ def _relative_error(pulses: Array) -> float:
 def _left(width: int) -> float:
     """The error of the slope of a cubic through as many even points of unit error."""
     return float(np.linalg.norm(savgol_coeffs(width, ORDER, deriv=1)))
-
-
-DATES = ("%m/%d/%Y", "%d/%m/%Y", "%d.%m.%Y", "%Y-%m-%d", "%d%b%Y", "%d-%b-%Y")
-TIMES = ("%I:%M:%S %p", "%I:%M:%S.%f %p", "%H:%M:%S", "%H:%M:%S.%f")
-SEPARATORS = (" ", "T")
-
-
-def seconds(texts: Sequence[str]) -> Array | None:
-    """Seconds since the first of several times, (n,); None where they are no times, or where month and day could be either and
-    that makes a difference.
-
-    >>> seconds(["4/4/2021 4:35:40 AM", "4/4/2021 4:35:41 AM"])
-    array([0., 1.])
-    """
-    found: list[Array] = []
-    for date in DATES:
-        for time in TIMES:
-            for separator in SEPARATORS:
-                elapsed = _elapsed(texts, f"{date}{separator}{time}")
-                if elapsed is not None and not any(np.array_equal(elapsed, other) for other in found):
-                    found.append(elapsed)
-    return found[0] if len(found) == 1 else None
-
-
-def _elapsed(texts: Sequence[str], layout: str) -> Array | None:
-    try:
-        times = [datetime.strptime(text, layout) for text in texts]
-    except ValueError:
-        return None
-    return np.array([(each - times[0]).total_seconds() for each in times])
