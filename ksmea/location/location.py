@@ -37,6 +37,7 @@ from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.numerics.screening import sobol
 from ksmea.problem.alignment import through
 from ksmea.problem.case import Case
+from ksmea.problem.held import HeldProblem
 from ksmea.problem.load import LOADS
 from ksmea.problem.problem import Problem
 
@@ -99,7 +100,9 @@ def locate(
     along = problem.sites if not len(positions) else np.asarray(positions, dtype=float)
 
     def fitted(tried: Sequence[Unmodelled]) -> list[SiteFit]:
-        return _fits(case, tried, rng, n_start, workers)
+        held = _as_stated(case)
+        fits = _fits(held, tried, rng, n_start, workers)
+        return fits if held is case else _each_site(partial(_with_inputs, case=case), fits, workers)
 
     fits = fitted([Unmodelled(), *candidates(problem, quantities, along)])
     found = _tested(fits, level, rng, workers)
@@ -214,20 +217,30 @@ def _starts(case: Case, unmodelled: Unmodelled, rng: np.random.Generator, n_star
     basins. Without one, as beside a reading, there are as many as of the plain model: they are screened for."""
     problem, measurement = case.problem, case.measurement
     if unmodelled.loads:
-        return _as_stated(problem, sobol(n_start, len(problem.parameters), rng))
+        return sobol(n_start, len(problem.parameters), rng)
     kept = [index for index, channel in enumerate(problem.channels) if not unmodelled.reads(channel)]
     channels = tuple(problem.channels[index] for index in kept)
     part = dataclasses.replace(measurement, channels=channels, values=measurement.values[:, kept], noise=None)
-    points = _as_stated(problem, sobol(N_SCREENED, len(problem.parameters), rng))
-    found = screened(Case(through(problem, channels), part), points)
+    found = screened(Case(through(problem, channels), part), sobol(N_SCREENED, len(problem.parameters), rng))
     return found.apart(SCREENED_STARTS, START_DISTANCE).points
 
 
-def _as_stated(problem: Problem, points: Array) -> Array:
-    """Points (n, d) of the unit cube with numbers known to a tolerance as they are stated."""
-    parameters = problem.parameters
-    points[:, parameters.with_prior] = parameters.priors[0]
-    return points
+def _as_stated(case: Case) -> Case:
+    """The case with numbers known to a tolerance held as they are stated; itself if all are exact."""
+    parameters = case.problem.parameters
+    if len(parameters.own) == len(parameters):
+        return case
+    stated = np.array([item.stated for item in parameters])
+    return case.by(HeldProblem(case.problem, parameters.own, stated))
+
+
+def _with_inputs(fit: SiteFit, case: Case) -> SiteFit:
+    """A fit with numbers as stated gone on with beside them, known to their tolerances."""
+    parameters = case.problem.parameters
+    theta = parameters.to_cube(np.array([item.stated for item in parameters]))
+    theta[parameters.own] = fit.point.theta
+    likelihood = ProjectedLikelihood(case, fit.unmodelled, fit.likelihood.sd)
+    return _best(likelihood, [theta], HOPELESS * fit.point.n_left)
 
 
 def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array, ceiling: float = np.inf) -> SiteFit:
