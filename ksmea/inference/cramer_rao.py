@@ -106,9 +106,11 @@ def identifiability(
         whitened = np.vstack([whitened, of_priors])
     own = [joint.parameters.names.index(name) for name in parameters.names]
     others = np.setdiff1d(np.arange(whitened.shape[1]), own)
+    width = np.append(joint.parameters.width, np.ones(whitened.shape[1] - len(joint.parameters)))
+    nuisance = whitened[:, others] * width[others]  # per SI some would fall below what `projected` takes for rounding
     has_no_size = (x == 0) | np.array([parameter.is_angle for parameter in parameters])
     scale = np.where(has_no_size, parameters.width, np.abs(x))
-    return Identifiability(x, projected(whitened[:, own], whitened[:, others]), scale)
+    return Identifiability(x, projected(whitened[:, own], nuisance), scale)
 
 
 def joint_values(problem: Problem, joint: Problem, x: Array) -> Array:
