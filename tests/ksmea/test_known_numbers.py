@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import ksmea
+from ksmea.fits.fitting import Fit
 from ksmea.inference.cramer_rao import identifiability, joint_sensitivity, joint_values
 from ksmea.inference.known_numbers import Numbers, own_numbers_as_noise, prior_data
 from ksmea.inference.optimal_design import crlb, data_rows
+from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
@@ -23,6 +25,7 @@ from ksmea.show.charts.identifiability_chart import identifiability_chart
 from ksmea.show.charts.planning_chart import planning_chart
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_of, identifiability_study, varied_data
+from ksmea.studies.inputs import input_records
 from ksmea.studies.planning import PlanningOptions, planning_study
 
 ROTOR = Path("docs/examples/rotor.yaml")
@@ -344,3 +347,19 @@ def test_an_unknown_with_a_prior_is_no_number_to_measure(rotor_with):
     assert not len(Numbers.of(rotor.problem)) and "numbers" not in [each.family for each in record.families]
     assert 0 < record.crlb[-1] <= 4e9
     assert record.crlb == pytest.approx(identifiability_of(point).crlb, rel=1e-6)
+
+
+def test_numbers_of_a_fit_are_told_apart_from_unknowns_with_a_prior(rotor_with):
+    """The prior of an unknown stands first among priors; values and standard deviations of numbers are those of the inverse."""
+    rotor = rotor_with("tolerances: typical", "{value: 200, sd: 4, lower: 180, upper: 220}")
+    problem, joint = rotor.problem, rotor.problem.joint
+    x = joint_values(problem, joint, rotor.x({problem.parameters.names[-1]: 200.0}))
+    data = ksmea.Measurement(problem.speed, problem.channels, joint.response(x[None])[0], Noise(0.02, 1e-8), "made")
+    likelihood = likelihood_of(Case(problem, data).by(joint))
+    fit = Fit(likelihood, likelihood.at(likelihood.start(joint.parameters.to_cube(x))))
+    sd = np.sqrt(np.diag(np.linalg.inv(fit.point.information))) * joint.parameters.width
+    for record in input_records(fit):
+        place = joint.parameters.names.index(record.name)
+        prior = joint.parameters.items[place].prior
+        assert (record.stated, record.stated_sd) == (prior.value, prior.sd)
+        assert record.value == pytest.approx(prior.value) and record.sd == pytest.approx(sd[place], rel=1e-5)
