@@ -77,10 +77,9 @@ def marginal(exact=()):
 def rotor_with(tmp_path_factory):
     """The rotor of the example with a line on tolerances."""
 
-    def made(line, modulus="200"):
+    def made(line, was="", now=""):
         path = tmp_path_factory.mktemp("rotor") / "rotor.yaml"
-        described = ROTOR.read_text().replace("young_modulus: 200", f"young_modulus: {modulus}")
-        path.write_text(f"{described}\n{line}\n")
+        path.write_text(f"{ROTOR.read_text().replace(was, now) if was else ROTOR.read_text()}\n{line}\n")
         return ksmea.load_problem(str(path))
 
     return made
@@ -340,7 +339,7 @@ def test_numbers_alone_are_enough_to_plan(typical, rotor_with):
 
 def test_an_unknown_with_a_prior_is_no_number_to_measure(rotor_with):
     """Limits make it an unknown; its prior is present data of a plan, and of `identifiability`."""
-    rotor = rotor_with("", "{value: 200, sd: 4, lower: 180, upper: 220}")
+    rotor = rotor_with("", "young_modulus: 200", "young_modulus: {value: 200, sd: 4, lower: 180, upper: 220}")
     x = rotor.x({rotor.problem.parameters.names[-1]: 200.0})
     point = DesignPoint(rotor.problem, x, NOISE, "amplitude")
     record = planning_study(point, PlanningOptions(n_candidate=20, add=1))
@@ -351,9 +350,12 @@ def test_an_unknown_with_a_prior_is_no_number_to_measure(rotor_with):
 
 def test_numbers_of_a_fit_are_told_apart_from_unknowns_with_a_prior(rotor_with):
     """The prior of an unknown stands first among priors; values and standard deviations of numbers are those of the inverse."""
-    rotor = rotor_with("tolerances: typical", "{value: 200, sd: 4, lower: 180, upper: 220}")
+    coupled = "{position: 0.0, kxy: {value: 1, sd: 0.1, lower: 0.5, upper: 2}}"
+    rotor = rotor_with("tolerances: typical", "{position: 0.0}", coupled)
     problem, joint = rotor.problem, rotor.problem.joint
-    x = joint_values(problem, joint, rotor.x({problem.parameters.names[-1]: 200.0}))
+    [first] = set(problem.parameters.names) - {"kxx", "kyy", "cxx", "cyy", "u"}
+    assert joint.parameters.names.index(first) == joint.parameters.with_prior[0]
+    x = joint_values(problem, joint, rotor.x({first: 1.0}))
     data = ksmea.Measurement(problem.speed, problem.channels, joint.response(x[None])[0], Noise(0.02, 1e-8), "made")
     likelihood = likelihood_of(Case(problem, data).by(joint))
     fit = Fit(likelihood, likelihood.at(likelihood.start(joint.parameters.to_cube(x))))
