@@ -7,6 +7,7 @@ Statistical Signal Processing: Estimation Theory, 1993, eq. 3.24).
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,31 +88,51 @@ class Identifiability:
 
 
 def identifiability(
-    problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True, beside: Array | None = None
+    problem: Problem,
+    x: Array,
+    noise: Noise,
+    kind: str,
+    *,
+    noise_known: bool = True,
+    beside: Array | None = None,
+    exact: Collection[str] = (),
 ) -> Identifiability:
     """What data of a kind ('amplitude' or 'complex') with this noise would tell about the unknowns at x (d,), SI.
 
     Where the noise's level is not known, what it takes to estimate its relative part and its floor is taken off; where numbers of the
-    problem are known to a tolerance, what these take. `beside` are the values of all unknowns of the joint problem, in place of x and
-    these numbers as stated.
+    problem are known to a tolerance, what these take, except for names in `exact`. `beside` are the values of all
+    unknowns of the joint problem, in place of x and these numbers as stated.
     """
     parameters, joint = problem.parameters, problem.joint
     values = joint_values(problem, joint, x) if beside is None else beside
-    response, slope = Model(joint).linearise(joint.parameters.to_cube(values))
-    per_width, observable = slope / joint.parameters.width, Observable(kind)
-    whitened = whitened_sensitivity(response, per_width, noise, observable, noise_known=noise_known)
-    if len(joint.parameters.with_prior):
-        of_priors = prior_rows(joint.parameters, whitened.shape[1])
-        of_priors[:, : len(joint.parameters)] /= joint.parameters.width
-        whitened = np.vstack([whitened, of_priors])
-    own = [joint.parameters.names.index(name) for name in parameters.names]
-    others = np.setdiff1d(np.arange(whitened.shape[1]), own)
+    whitened = joint_sensitivity(joint, values, noise, kind, noise_known=noise_known)
+    names = joint.parameters.names
+    own = [names.index(name) for name in parameters.names]
+    left_out = [*own, *(names.index(name) for name in exact)]
+    others = np.setdiff1d(np.arange(whitened.shape[1]), left_out)
+    width = np.append(joint.parameters.width, np.ones(whitened.shape[1] - len(names)))
+    nuisance = whitened[:, others] * width[others]  # per SI some would fall below what `projected` takes for rounding
     has_no_size = (x == 0) | np.array([parameter.is_angle for parameter in parameters])
     scale = np.where(has_no_size, parameters.width, np.abs(x))
-    return Identifiability(x, projected(whitened[:, own], whitened[:, others]), scale)
+    return Identifiability(x, projected(whitened[:, own], nuisance), scale)
 
 
-def joint_values(problem: Problem, joint: Problem, x: Array) -> Array:
-    """Values (d,) SI of the unknowns of a problem's `joint`: x (d,) of those of the problem itself, all others as stated."""
-    known = dict(zip(problem.parameters.names, x))
+def joint_sensitivity(joint: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True) -> Array:
+    """J (m, k) of data and priors, 1/SI: of all unknowns of a joint problem at x (d,) SI, then of the noise where its level is not
+    known."""
+    parameters = joint.parameters
+    response, slope = Model(joint).linearise(parameters.to_cube(x))
+    per_width, observable = slope / parameters.width, Observable(kind)
+    whitened = whitened_sensitivity(response, per_width, noise, observable, noise_known=noise_known)
+    if not len(parameters.with_prior):
+        return whitened
+    of_priors = prior_rows(parameters, whitened.shape[1])
+    of_priors[:, : len(parameters)] /= parameters.width
+    return np.vstack([whitened, of_priors])
+
+
+def joint_values(problem: Problem, joint: Problem, x: Array, numbers: Mapping[str, float] | None = None) -> Array:
+    """Values (d,) SI of the unknowns of a problem's `joint`: x (d,) of the problem's own ones, `numbers` by name, all others as
+    stated."""
+    known = {**(numbers or {}), **dict(zip(problem.parameters.names, x))}
     return np.array([known.get(item.name, item.stated) for item in joint.parameters])

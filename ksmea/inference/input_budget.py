@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ksmea.arrays import Array, Mask
+from ksmea.arrays import Array, Indices, Mask
 from ksmea.likelihood.fisher import UNKNOWABLE, Point
 from ksmea.problem.parameters import Parameters
 
@@ -55,12 +55,18 @@ def critical_pull(n: int, level: float = LEVEL) -> float:
 def input_budget(point: Point, parameters: Parameters) -> InputBudget:
     """The budget at a maximum of a joint likelihood."""
     columns, (value, stated) = parameters.with_prior, parameters.priors
-    d, covariance = len(parameters), _covariance(point.whitened)
+    by_noise, by_input, sd = by_noise_and_inputs(point.whitened, len(parameters), columns, stated)
+    told = np.sqrt(np.maximum(stated**2 - sd**2, (UNKNOWABLE * stated) ** 2))
+    return InputBudget(sd, (point.theta[columns] - value) / told, by_noise, by_input)
+
+
+def by_noise_and_inputs(whitened: Array, d: int, columns: Indices, stated: Array) -> tuple[Array, Array, Array]:
+    """Standard deviations of the first d unknowns of J (m, k) by noise (d,) and by each prior (d, n_prior), and of the numbers with
+    priors themselves (n_prior,). `columns` and `stated` (n_prior,) are the places and standard deviations of the priors."""
+    covariance = _covariance(whitened)
     by_input = covariance[:d, columns] / stated
     by_noise = np.sqrt(np.maximum(np.diag(covariance)[:d] - np.sum(by_input**2, axis=1), 0.0))
-    sd = np.minimum(np.sqrt(np.diag(covariance)[columns]), stated)
-    told = np.sqrt(np.maximum(stated**2 - sd**2, (UNKNOWABLE * stated) ** 2))
-    return InputBudget(sd, (point.theta[columns] - value) / told, by_noise, np.abs(by_input))
+    return by_noise, np.abs(by_input), np.minimum(np.sqrt(np.diag(covariance)[columns]), stated)
 
 
 def _covariance(whitened: Array) -> Array:

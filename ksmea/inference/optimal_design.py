@@ -16,6 +16,8 @@ Donev and R. D. Tobias, Optimum Experimental Designs, with SAS, 2007. F. E. Udwa
 places sensors by the same information. The optimum is local twice over: sensitivities hold near the values that they
 were taken at, and exchanges of one member at a time may miss the best set.
 
+Numbers of the model that are known to a tolerance are members of N too (`ksmea.inference.known_numbers`).
+
 Unknowns count from 0 to 1 between their search limits throughout (the unit cube).
 """
 
@@ -28,7 +30,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.inference.cramer_rao import Identifiability
+from ksmea.inference.cramer_rao import Identifiability, joint_values
+from ksmea.inference.known_numbers import Numbers
 from ksmea.likelihood.fisher import UNKNOWABLE, of_unknowns, whitened_sensitivity
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
@@ -68,16 +71,26 @@ class Criterion:
         return -100 * np.expm1((self.value(before) - self.value(after)) / (2 * len(self.targets)))
 
 
-def data_rows(problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True) -> Array:
+def data_rows(
+    problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True, numbers: Numbers | None = None
+) -> Array:
     """Whitened sensitivities (n_part, n_speed, n_channel, k) of the data that a problem would give at x (d,), SI: the
     sum of their squares over any of the data is these data's information.
 
-    The parts are the means and the variances. The k columns are the unknowns, and where the noise's level is not known
-    its relative part and its floor.
+    The parts are the means and the variances. The k columns are the unknowns, the noise's relative part and its floor if its
+    level is not known, and `numbers`, 0 if the problem lacks them. Default: all that the problem has.
     """
-    response, sensitivity = Model(problem).linearise(problem.parameters.to_cube(x))
+    joint, numbers = problem.joint, Numbers.of(problem) if numbers is None else numbers
+    values = joint_values(problem, joint, x, numbers.values)
+    response, sensitivity = Model(joint).linearise(joint.parameters.to_cube(values))
     rows = whitened_sensitivity(response, sensitivity, noise, Observable(kind), noise_known=noise_known)
-    return rows.reshape(-1, *response.shape, rows.shape[-1])
+    place = {name: index for index, name in enumerate(joint.parameters.names)}
+    of_noise, absent = range(len(place), rows.shape[1]), rows.shape[1]
+    own = [place[name] for name in problem.parameters.names]
+    known = [place.get(name, absent) for name in numbers.names]
+    # rows one after the other: sums over them are the same to the last bit, however many columns there are
+    arranged = np.ascontiguousarray(np.pad(rows, ((0, 0), (0, 1)))[:, [*own, *of_noise, *known]])
+    return arranged.reshape(-1, *response.shape, arranged.shape[-1])
 
 
 def information(rows: Array) -> Array:

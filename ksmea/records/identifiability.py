@@ -11,12 +11,16 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.records.estimate import StabilityRecord
 from ksmea.records.identification import LackOfFit
+from ksmea.records.inputs import Origin
 from ksmea.records.record import Record, renamed
 from ksmea.units import LENGTH, SI_PER_UNIT, SPEED, Length, OfUnknown, Part, Quantity, Speed, Vibration
 
 _RENAMED = {"bound": "crlb"}  # in earlier records
 
-# The speeds' count, [lowest, highest] of a band in rad/s, a position in m, a factor of the noise, or a kind of data.
+# The speeds' count, [lowest, highest] of a band in rad/s, a position in m, a factor of the noise, a kind of data, or a number of the model
+# that is exact.
+ALL_NUMBERS = "all"
+SEEN_FALL = 0.01  # of a CRLB
 Value = int | float | str | tuple[float, float]
 
 
@@ -33,6 +37,7 @@ class Unknown:
     lower: float  # limits of the search
     upper: float
     crlb: float | None  # smallest standard deviation of an unbiased estimate; None where not identifiable
+    origin: Origin | None = None  # of it; None if all numbers of the model are exact, and if not identifiable
 
     @property
     def crlb_si(self) -> float:
@@ -81,7 +86,7 @@ def _of_variation(record: Variation) -> Quantity | None:
 class Variation:
     """How well other data would determine the unknowns: one thing changed, all else as it is."""
 
-    variation: str  # 'speeds', 'band', 'position', 'noise' or 'kind'
+    variation: str  # 'speeds', 'band', 'position', 'noise', 'kind' or 'numbers'
     value: Annotated[Value, _of_variation]
     crlb: tuple[OfUnknown | None, ...]  # (d,) SI
 
@@ -106,10 +111,25 @@ class IdentifiabilityRecord(Record):
     stability: StabilityRecord | None = None  # None in older records, and where the problem cannot tell
     lack_of_fit: LackOfFit | None = None  # of the model that was fitted to a measurement; None where nothing was
     remarks: tuple[str, ...] = ()  # what was assumed of the noise
+    numbers: tuple[str, ...] = ()  # that are known to a tolerance, in words
 
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def least_variations(self) -> tuple[Variation, ...]:
+        """Variations by numbers that would lower no CRLB by `SEEN_FALL` if they were exact: texts and charts leave them out."""
+        entries = [each for each in self.variations if each.variation == "numbers" and each.value != ALL_NUMBERS]
+        return tuple(each for each in entries if not self._largest_fall(each) > SEEN_FALL)
+
+    def _largest_fall(self, entry: Variation) -> float:
+        """The largest fall of a CRLB, as a part of it; infinite if an unknown becomes identifiable."""
+        ratios = [
+            after / before if np.isfinite(before) else -np.inf if np.isfinite(after) else 1.0
+            for before, after in zip(self.crlb_si, entry.crlb_si)
+        ]
+        return 1 - min(ratios)
 
     @property
     def crlb_si(self) -> Array:

@@ -57,17 +57,19 @@ class Candidates:
     direction: tuple[str, ...] | None = None  # of a probe, 'x', 'y' or degrees
     magnitude: tuple[Unbalance, ...] | None = None  # of a trial unbalance
     phase: tuple[Angle, ...] | None = None
+    number: tuple[str, ...] | None = None  # that is exact, in words
 
 
 @dataclass(frozen=True)
 class Addition:
-    """Something that could be added: a speed, a probe or a trial unbalance; None where it does not apply."""
+    """Something that could be added: a speed, a probe, a trial unbalance or a number that is measured; None where it does not apply."""
 
     speed: Speed | None = None
     position: Length | None = None
     direction: str | None = None  # of a probe, 'x', 'y' or degrees
     magnitude: Unbalance | None = None  # of a trial unbalance
     phase: Angle | None = None
+    number: str | None = None  # known to a tolerance, that is to be measured, in words
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +85,7 @@ class Step(Addition):
 
 @dataclass(frozen=True)
 class Family:
-    """Additions of one kind: 'speeds', 'probes' or 'trial run'."""
+    """Additions of one kind: 'speeds', 'probes', 'trial run' or 'numbers'."""
 
     family: str
     candidates: Candidates

@@ -8,7 +8,15 @@ import numpy as np
 import pandas as pd
 
 from ksmea.arrays import Array
-from ksmea.records.identifiability import DataDescription, IdentifiabilityRecord, Unknown, Value, percent
+from ksmea.records.identifiability import (
+    ALL_NUMBERS,
+    DataDescription,
+    IdentifiabilityRecord,
+    Unknown,
+    Value,
+    percent,
+)
+from ksmea.show.inputs_text import origins
 from ksmea.show.text import ALIKE, aligned, alike_text, fit_warning, noise_parts, stability_text, two_digits
 from ksmea.units import RPM
 
@@ -18,6 +26,7 @@ KNOWN_PCT, IDENTIFIABLE_PCT = (
 )  # half-widths up to which an unknown counts as known, and as identifiable at all
 PART = 0.1  # smaller parts of a direction are not mentioned
 FAR = 1e4  # %; larger half-widths are not printed: they say no more, and rounding is in them
+IN_TABLE = {"numbers": "exact"}
 COLUMNS = ("variation", "value", "parameter", "unit", "true", "crlb", "crlb_pct", "level", "half_width_pct")
 
 
@@ -71,6 +80,7 @@ def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
     pairs = alike_text(record.correlation, record.names)
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {pairs}"
     yield _worst_text(record)
+    yield from _numbers_text(record)
     yield from stability_text(record.stability)
     yield from (f"note: {remark}" for remark in record.remarks)
     if record.data.floor == 0 and any(entry.variation == "position" for entry in record.variations):
@@ -92,6 +102,8 @@ def _value_text(variation: str, value: Value) -> str:
         return f"{value[0] / RPM:.0f}–{value[1] / RPM:.0f} rpm"
     if variation == "position":
         return f"{value:.4g} m"
+    if variation == "numbers" and value == ALL_NUMBERS:
+        return "all numbers"
     return f"× {value:g}" if variation == "noise" else str(value)
 
 
@@ -126,23 +138,39 @@ def _worst_text(record: IdentifiabilityRecord) -> str:
     return f"least constrained: a joint relative change of {' '.join(parts)}, known {known}"
 
 
+def _numbers_text(record: IdentifiabilityRecord) -> Iterator[str]:
+    """Sentences on numbers that are known to a tolerance, and their shares in the CRLBs."""
+    if record.numbers:
+        count = len(record.numbers)
+        many = f"{count} numbers that are" if count > 1 else "1 number that is"
+        yield f"these intervals allow for {many} known to a tolerance:"
+        yield from (f"  {line}" for line in origins(record.parameters))
+
+
 def _variations_text(record: IdentifiabilityRecord) -> str:
     """Half-widths in per cent; for a true value of 0 and an angle in its unit. A star marks the data as they are."""
     units = ["%" if parameter.base else parameter.unit for parameter in record.parameters]
     present = set(_present(record.data))
     lines, before = [], None
+    unseen = {_value_text(entry.variation, entry.value) for entry in record.least_variations}
     for variation, value, crlbs in _cases(record):
+        if variation == "numbers" and value in unseen:
+            continue
         widths = [
             record.sigmas * (percent(crlb, parameter.base) if parameter.base else crlb / parameter.si_per_unit)
             for parameter, crlb in zip(record.parameters, crlbs)
         ]
-        first = variation if variation != before else ""
+        first = IN_TABLE.get(variation, variation) if variation != before else ""
         star = " *" if variation != "present" and f"{variation} {value}" in present else "  "
         lines.append([first, value + star, *map(_number, widths)])
         before = variation
     head = ["±", f"{100 * record.level:g} %  ", *(f"{name} {unit}" for name, unit in zip(record.names, units))]
-    table = aligned(head, lines)
-    return table + ("\n* the data as they are" if any(line[1].endswith("*") for line in lines) else "")
+    notes = ["* the data as they are"] if any(line[1].endswith("*") for line in lines) else []
+    if unseen:
+        count, others = len(unseen), len(unseen) < len(record.numbers)
+        many = f"{count} numbers" if count > 1 else "1 number"
+        notes.append(f"{many} {'more ' if others else ''}would narrow no interval by 1 % if exact")
+    return "\n".join([aligned(head, lines), *notes])
 
 
 def _present(data: DataDescription) -> Iterator[str]:

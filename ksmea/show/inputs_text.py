@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Protocol
 
 import pandas as pd
 
 from ksmea.records.identification import ParameterRecord
-from ksmea.records.inputs import InputRecord
+from ksmea.records.inputs import InputRecord, Origin
 from ksmea.show.text import in_columns, with_error
+
+
+class HasOrigin(Protocol):
+    """An unknown and the origin of its uncertainty."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def origin(self) -> Origin | None: ...
+
 
 MOST_LISTED = 6  # numbers that the text lists, those that moved most
 HALF = 0.5  # of a variance: from where on inputs are named before noise
@@ -23,7 +34,7 @@ def lines(inputs: Sequence[InputRecord], parameters: Sequence[ParameterRecord] =
         f" the data tell more of {sum(each.is_seen for each in inputs)} of them."
     )
     yield from contradictions(inputs)
-    yield from (f"  {line}" for line in _origins(parameters))
+    yield from (f"  {line}" for line in origins(parameters))
 
 
 def contradictions(inputs: Sequence[InputRecord]) -> Iterator[str]:
@@ -36,7 +47,8 @@ def contradictions(inputs: Sequence[InputRecord]) -> Iterator[str]:
             )
 
 
-def _origins(parameters: Sequence[ParameterRecord]) -> Iterator[str]:
+def origins(parameters: Sequence[HasOrigin]) -> Iterator[str]:
+    """A sentence for each unknown on what its variance comes from."""
     for each in parameters:
         if each.origin is None or not each.origin.shares:
             continue

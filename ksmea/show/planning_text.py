@@ -18,6 +18,7 @@ UNPLANNED = {
     "speeds": "as many spread evenly over the present band",
     "probes": "as many data by repeating the present run",
     "trial run": "repeating the present run",
+    "numbers": "repeating the present run instead",
 }
 MAX_RANGES = 100  # a CRLB this many times what the search limits say is no number worth reading
 
@@ -42,6 +43,7 @@ def frame(record: PlanningRecord) -> pd.DataFrame:
 
 
 def _rows(record: PlanningRecord) -> Iterator[dict[str, Any]]:
+    has_numbers = any(family.candidates.number is not None for family in record.families)
     for family in record.families:
         for order, step in enumerate(family.steps, start=1):
             start = {
@@ -53,6 +55,7 @@ def _rows(record: PlanningRecord) -> Iterator[dict[str, Any]]:
                 "direction": step.direction,
                 "unbalance_g_mm": _over(step.magnitude, GRAM_MILLIMETRE),
                 "phase_deg": _over(step.phase, DEGREE),
+                **({"number": step.number} if has_numbers else {}),
             }
             crlbs = (infinite_where_none(crlb) for crlb in (record.crlb, step.crlb, step.unplanned_crlb))
             for parameter, before, after, unplanned in zip(record.parameters, *crlbs):
@@ -134,6 +137,10 @@ def _what(steps: Sequence[Step]) -> str:
     probes = [f"in {named(step.direction)} at {step.position:.4g} m" for step in steps if step.direction is not None]
     if probes:
         return f"add {'a probe' if len(steps) == 1 else f'{len(steps)} probes,'} {' and '.join(probes)}"
+    numbers = [f"the {step.number}" for step in steps if step.number is not None]
+    if numbers:
+        and_more = f"{', '.join(numbers[:-1])} and " if len(numbers) > 1 else ""
+        return f"measure {and_more}{numbers[-1]}, until {'they are' if and_more else 'it is'} as good as exact"
     return f"add a second run with {_trial(steps[0])}"
 
 
@@ -151,7 +158,7 @@ def _table(record: PlanningRecord) -> str:
     head = ["unknown", "value", "CRLB now"]
     for family in record.families:
         of_family = "+ trial run" if family.family == "trial run" else f"+ {len(family.steps)} {family.family}"
-        head += [of_family, "without plan"]
+        head += [of_family, "run again" if family.family == "numbers" else "without plan"]
     lines = []
     for index, parameter in enumerate(record.parameters):
         value = parameter.true / parameter.si_per_unit

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import nnls
 
 from ksmea.arrays import Array
 from ksmea.fits.fitting import fit_baseline
+from ksmea.fits.joint_fit import joint_baseline
 from ksmea.fits.lack_of_fit import lack_of_fit
 from ksmea.fits.search import Search
+from ksmea.inference.cramer_rao import joint_values
 from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
@@ -26,7 +29,8 @@ class DesignPoint:
     """Values x (d,) SI of the unknowns of a problem that is seen as the data are, their kind, and their noise.
 
     `lack_of_fit` is the test of the model at values that were fitted to a measurement, as `identify` makes it; None where
-    nothing was fitted or the data are too few to test. `remarks` say what was assumed of the noise."""
+    nothing was fitted or the data are too few to test. `remarks` say what was assumed of the noise. `numbers` are values (SI) of
+    numbers known to a tolerance that are not as stated, by their names, and those in `exact` are known exactly."""
 
     problem: Problem
     x: Array
@@ -35,16 +39,23 @@ class DesignPoint:
     noise_known: bool = True
     lack_of_fit: LackOfFit | None = None
     remarks: tuple[str, ...] = ()
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    exact: tuple[str, ...] = ()
+
+    @property
+    def joint_x(self) -> Array:
+        """Values (d,) SI of all unknowns of the joint problem."""
+        return joint_values(self.problem, self.problem.joint, self.x, self.numbers)
 
     @classmethod
     def of_measurement(cls, case: Case, rng: np.random.Generator) -> DesignPoint:
-        """What a measurement makes most likely, by a search of the whole box.
+        """Most likely values of a measurement by a search of the whole box, numbers known to a tolerance fitted jointly.
 
         Raises `SettingError` for fewer data than unknowns."""
         problem, measurement = case.problem, case.measurement
         with_noise = measurement.noise is None
         require_enough(measurement.layout, len(problem.parameters), with_noise=with_noise)
-        fit = fit_baseline(case, Search(rng)).best
+        fit = joint_baseline(fit_baseline(case, Search(rng))).best
         is_testable = can_be_tested(measurement.layout, len(problem.parameters), with_noise=with_noise)
         noise = fit.noise
         remarks: tuple[str, ...] = ()
@@ -52,14 +63,16 @@ class DesignPoint:
             amplitude = np.abs(fit.response() if with_noise else measurement.values)
             noise = common_noise(noise, amplitude)
             remarks = (_said(noise, with_noise=with_noise),)
+        values = dict(zip(fit.problem.parameters.names, fit.x.tolist()))
         return cls(
             problem,
-            fit.x,
+            np.array([values.pop(name) for name in problem.parameters.names]),
             noise,
             measurement.kind,
             not with_noise,
             lack_of_fit(fit, rng) if is_testable else None,
             remarks,
+            values,
         )
 
 

@@ -14,10 +14,13 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import unknown
-from ksmea.inference.cramer_rao import Identifiability, identifiability
+from ksmea.inference.cramer_rao import Identifiability, identifiability, joint_sensitivity
+from ksmea.inference.input_budget import by_noise_and_inputs
+from ksmea.inference.known_numbers import Numbers
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import OBSERVABLES
 from ksmea.records.identifiability import (
+    ALL_NUMBERS,
     DataDescription,
     Direction,
     IdentifiabilityRecord,
@@ -25,12 +28,14 @@ from ksmea.records.identifiability import (
     Value,
     Variation,
 )
+from ksmea.records.inputs import Origin
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.design_point import DesignPoint
+from ksmea.studies.inputs import origins
 from ksmea.studies.stability import stability_of
 
-VARIATIONS = ("speeds", "band", "position", "noise", "kind")
+VARIATIONS = ("speeds", "band", "position", "noise", "kind", "numbers")
 
 
 @dataclass(frozen=True)
@@ -73,8 +78,11 @@ def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | 
         sigmas=NormalDist().inv_cdf((1 + options.level) / 2),
         data=_description(point),
         parameters=tuple(
-            Unknown(item.name, item.unit, item.si_per_unit, float(value), item.lower, item.upper, finite(crlb))
-            for item, value, crlb in zip(problem.parameters, x, present.crlb)
+            Unknown(
+                *(item.name, item.unit, item.si_per_unit, float(value), item.lower, item.upper),
+                *(finite(crlb), origin if np.isfinite(crlb) else None),
+            )
+            for item, value, crlb, origin in zip(problem.parameters, x, present.crlb, _origins(point))
         ),
         correlation=tuple(tuple(finite(entry) for entry in row) for row in present.correlation),
         stability=stability_of(
@@ -89,12 +97,33 @@ def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | 
         ),
         lack_of_fit=point.lack_of_fit,
         remarks=(*problem.remarks_at(problem.speed), *point.remarks),
+        numbers=Numbers.of(problem).words,
     )
 
 
 def identifiability_of(point: DesignPoint) -> Identifiability:
     """How well the data determine the unknowns."""
-    return identifiability(point.problem, point.x, point.noise, point.kind, noise_known=point.noise_known)
+    return identifiability(
+        point.problem,
+        point.x,
+        point.noise,
+        point.kind,
+        noise_known=point.noise_known,
+        beside=point.joint_x,
+        exact=point.exact,
+    )
+
+
+def _origins(point: DesignPoint) -> tuple[Origin | None, ...]:
+    """Shares of noise and numbers in the CRLB of each unknown; None if all numbers of the problem are exact."""
+    joint, names = point.problem.joint, point.problem.parameters.names
+    if not Numbers.of(point.problem):
+        return (None,) * len(names)
+    parameters = joint.parameters
+    whitened = joint_sensitivity(joint, point.joint_x, point.noise, point.kind, noise_known=point.noise_known)
+    stated = parameters.priors[1] * parameters.width[parameters.with_prior]
+    by_noise, by_input, _ = by_noise_and_inputs(whitened, len(parameters), parameters.with_prior, stated)
+    return origins(parameters, [parameters.names.index(name) for name in names], by_noise, by_input)
 
 
 def varied_data(
@@ -109,7 +138,7 @@ def varied_data(
         return _position(point, options.n_position)
     if variation == "noise":
         return _noise(point, options.noise_factors)
-    return _kind(point)
+    return _kind(point) if variation == "kind" else _numbers(point)
 
 
 def _speeds(point: DesignPoint, factors: Sequence[float]) -> Iterator[tuple[Value, DesignPoint]]:
@@ -154,6 +183,15 @@ def _noise(point: DesignPoint, factors: Sequence[float]) -> Iterator[tuple[Value
 def _kind(point: DesignPoint) -> Iterator[tuple[Value, DesignPoint]]:
     for kind in OBSERVABLES:
         yield kind, dataclasses.replace(point, kind=kind)
+
+
+def _numbers(point: DesignPoint) -> Iterator[tuple[Value, DesignPoint]]:
+    """Each number that is known to a tolerance is exact, one at a time, then all of them."""
+    numbers = Numbers.of(point.problem)
+    for name, words in zip(numbers.names, numbers.words):
+        yield words, dataclasses.replace(point, exact=(name,))
+    if len(numbers) > 1:
+        yield ALL_NUMBERS, dataclasses.replace(point, exact=numbers.names)
 
 
 def _at(point: DesignPoint, speed: Array, channels: Sequence[Channel] | None = None) -> DesignPoint:

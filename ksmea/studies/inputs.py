@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.fits.fitting import Fit
 from ksmea.inference.input_budget import input_budget
+from ksmea.problem.parameters import Parameters
 from ksmea.records.inputs import InputRecord, Origin
 
 N_SHARE = 5  # numbers that are named, at most
@@ -21,8 +23,10 @@ def input_records(fit: Fit) -> tuple[InputRecord, ...]:
         return ()
     budget, x = input_budget(fit.point, parameters), fit.x
     found = []
-    for index, sd, pull, contradicted in zip(fit.inputs, budget.sd, budget.pull, budget.is_contradicted):
+    for index, sd, pull, contradicted in zip(parameters.with_prior, budget.sd, budget.pull, budget.is_contradicted):
         item = parameters.items[index]
+        if not item.is_input:
+            continue
         assert item.prior is not None, "an unknown without a prior"
         found.append(
             InputRecord(
@@ -41,15 +45,20 @@ def input_records(fit: Fit) -> tuple[InputRecord, ...]:
 def origins_of(fit: Fit, own: Sequence[int]) -> tuple[Origin, ...]:
     """What the uncertainty of each of these unknowns comes from, SI."""
     parameters = fit.problem.parameters
-    budget = input_budget(fit.point, parameters)
-    names = [parameters.items[index].words or parameters.items[index].name for index in fit.inputs]
+    budget, width = input_budget(fit.point, parameters), parameters.width
+    return origins(parameters, own, budget.by_noise * width, budget.by_input * width[:, None])
+
+
+def origins(parameters: Parameters, own: Sequence[int], by_noise: Array, by_input: Array) -> tuple[Origin, ...]:
+    """Shares of noise and priors in the uncertainty of some unknowns, from the standard deviations (SI) that noise (d,) and each
+    prior (d, n_prior) cause."""
+    items = [parameters.items[index] for index in parameters.with_prior]
+    names = [item.words or item.name for item in items]
     found = []
     for index in own:
-        width = parameters.items[index].upper - parameters.items[index].lower
-        variances = budget.by_input[index] ** 2
-        total = float(np.sum(variances) + budget.by_noise[index] ** 2)
+        variances = by_input[index] ** 2
+        total = float(np.sum(variances) + by_noise[index] ** 2)
         shares = [(name, float(each / total)) for name, each in zip(names, variances) if each > LEAST_SHARE * total]
         shares.sort(key=lambda share: -share[1])
-        sd_inputs = float(np.sqrt(np.sum(variances))) * width
-        found.append(Origin(float(budget.by_noise[index]) * width, sd_inputs, tuple(shares[:N_SHARE])))
+        found.append(Origin(float(by_noise[index]), float(np.sqrt(np.sum(variances))), tuple(shares[:N_SHARE])))
     return tuple(found)

@@ -1,10 +1,12 @@
-"""Planning of measurements: which speeds, probes or trial unbalance to add so that the unknowns become known best.
+"""Planning of measurements: which speeds, probes or trial unbalance to add, or which numbers of the drawing to measure,
+so that the unknowns become known best.
 
 The plan holds near the values that it is made for. Beside each choice stands what as many data give without a plan.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +16,15 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError, unknown
-from ksmea.inference.optimal_design import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
+from ksmea.inference.known_numbers import Numbers, own_numbers_as_noise, prior_data
+from ksmea.inference.optimal_design import (
+    Criterion,
+    choose,
+    crlb,
+    data_rows,
+    information,
+    mean_axis_reduction_pct,
+)
 from ksmea.measurement.channel import Channel, further_directions
 from ksmea.problem.parameters import Parameters
 from ksmea.problem.problem import Problem
@@ -23,11 +33,13 @@ from ksmea.records.planning import Addition, Candidates, Family, PlanningRecord,
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.design_point import DesignPoint
+from ksmea.studies.identifiability import identifiability_of
 from ksmea.studies.stability import stability_of
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 # Of the largest present motion: a trial weight that leaves no more cancels the unbalance, and what is left is rounding.
 STILL = 1e-9
+EXACT = 1e4  # times as well known as stated: of what a number adds to a variance that leaves 1e-8
 
 
 @dataclass(frozen=True)
@@ -70,6 +82,12 @@ class PlanningOptions(Settings):
         [0.0, 90.0, 180.0, 270.0], "phases that it may have; an empty list: no trial run is considered", unit="deg"
     )
 
+    numbers: int = setting(
+        3,
+        "number of numbers known to a tolerance to measure better, as if they were exact; 0: none are considered",
+        at_least=0,
+    )
+
     def check(self) -> None:
         if len(self.band) != 2:
             raise SettingError(f"band: expected two numbers, got {list(self.band)}")
@@ -77,12 +95,13 @@ class PlanningOptions(Settings):
             raise SettingError(
                 f"add: expected at most n_candidate × repeats = {self.n_candidate * self.repeats} speeds, got {self.add}"
             )
-        if not (self.add or self.sensors or self.trial_phases):
-            raise SettingError("add, sensors, trial_phases: expected something to add, got 0, 0 and no phase")
 
     def check_problem(self, problem: Problem) -> None:
         """Raise `SettingError` where the options do not fit a problem."""
         names = problem.parameters.names
+        has_numbers = self.numbers and len(Numbers.of(problem))
+        if not (self.add or self.sensors or self.trial_phases or has_numbers):
+            raise SettingError("add, sensors, trial_phases: expected something to add, got 0, 0 and no phase")
         if self.target is not None and self.target not in names:
             raise unknown("parameter in study.target:", self.target, names)
         lowest, highest = self.speed_limits(problem)
@@ -110,12 +129,15 @@ def planning_study(point: DesignPoint, options: PlanningOptions | None = None) -
     options.check_problem(problem)
     parameters = problem.parameters
 
-    def rows_of(problem: Problem) -> Array:
-        return data_rows(problem, x, noise, point.kind, noise_known=point.noise_known)
+    def rows_of(problem: Problem, numbers: Numbers) -> Array:
+        return data_rows(problem, x, noise, point.kind, noise_known=point.noise_known, numbers=numbers)
 
     target = range(len(parameters)) if options.target is None else [parameters.names.index(options.target)]
-    present = _Present(problem, x, Criterion(tuple(target)), rows_of)
-    found = [family(present, options) for family in (_speeds, _probes, _trial_run)]
+    numbers = Numbers.of(problem, point.numbers)
+    present = _Present(problem, x, Criterion(tuple(target)), rows_of, numbers)
+    found = [
+        family(present, options) for family in (_speeds, _probes, _trial_run, *([_numbers] if len(numbers) else []))
+    ]
     considered = np.array([*problem.speed, *options.speed_limits(problem)])
     remarks = [*problem.remarks_at(considered), *point.remarks, *(entry for entry in found if isinstance(entry, str))]
     if np.all(np.equal(noise.floor, 0)):
@@ -141,25 +163,39 @@ def planning_study(point: DesignPoint, options: PlanningOptions | None = None) -
         crlb=_listed(present.crlb),
         families=tuple(entry for entry in found if isinstance(entry, Family)),
         remarks=tuple(remarks),
-        stability=stability_of(problem, x, noise, point.kind, noise_known=point.noise_known),
+        stability=stability_of(
+            *(problem, x, noise, point.kind),
+            noise_known=point.noise_known,
+            information=identifiability_of(point) if point.numbers else None,
+        ),
         lack_of_fit=point.lack_of_fit,
     )
 
 
 @dataclass(frozen=True)
 class _Present:
-    """The present data and their information; `rows_of` gives the data rows of any problem."""
+    """The present data and their information; `rows_of` gives the data rows of any problem, with the columns of `numbers`. Their
+    priors are present data in addition to the data of a run."""
 
     problem: Problem
     x: Array  # (d,) SI
     criterion: Criterion
-    rows_of: Callable[[Problem], Array]
-    rows: Array = field(init=False)  # (m, k)
+    rows_of: Callable[[Problem, Numbers], Array]
+    numbers: Numbers
+    data: Array = field(init=False)  # (m, k), of the run
+    rows: Array = field(init=False)  # (m + n_prior, k)
     crlb: Array = field(init=False)  # (d,) SI
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rows", _flat(self.rows_of(self.problem)))
+        data = self.of(self.problem)
+        priors = prior_data(self.problem.parameters, self.numbers, data.shape[-1])
+        object.__setattr__(self, "data", _flat(data))
+        object.__setattr__(self, "rows", np.concatenate([self.data, priors]))
         object.__setattr__(self, "crlb", self.crlb_of(self.rows))
+
+    def of(self, problem: Problem) -> Array:
+        """Data rows (n_part, n_speed, n_channel, k) that a problem gives."""
+        return self.rows_of(problem, self.numbers)
 
     @property
     def parameters(self) -> Parameters:
@@ -192,11 +228,11 @@ def _speeds(present: _Present, options: PlanningOptions) -> Family | str:
     problem = present.problem
     lowest, highest = np.min(problem.speed), np.max(problem.speed)
     speed = np.linspace(*options.speed_limits(problem), options.n_candidate)
-    rows = present.rows_of(problem.at(speed, problem.channels))
+    rows = present.of(problem.at(speed, problem.channels))
 
     def spread(count: int) -> Array:
         evenly = lowest + (highest - lowest) * (np.arange(count) + 0.5) / count
-        return present.rows_of(problem.at(evenly, problem.channels))
+        return present.of(problem.at(evenly, problem.channels))
 
     additions = [Addition(speed=float(value)) for value in speed]
     blocks = [_flat(rows[:, index]) for index in range(len(speed))]
@@ -217,14 +253,27 @@ def _probes(present: _Present, options: PlanningOptions) -> Family | str:
         for each in possible
         if not any(abs(each.position - item.position) < 1e-9 and each.is_parallel_to(item) for item in there)
     ]
-    rows = present.rows_of(problem.at(problem.speed, channels))
     additions = [Addition(position=channel.position, direction=channel.direction) for channel in channels]
-    blocks = [_flat(rows[:, :, index]) for index in range(len(channels))]
+    present, blocks = _with_probes(present, channels)
 
     def again(count: int) -> Array:
-        return present.rows * math.sqrt(count / len(problem.channels))
+        return present.data * math.sqrt(count / len(problem.channels))
 
     return _family(present, "probes", additions, blocks, options.sensors, again)
+
+
+def _with_probes(present: _Present, channels: Sequence[Channel]) -> tuple[_Present, list[Array]]:
+    """The present data and the data rows of each further probe. Numbers of several of these probes, such as the position of their
+    plane, are further columns of both."""
+    seen = present.problem.at(present.problem.speed, channels)
+    new = Numbers.of(seen).beyond(present.numbers)
+    rows = present.rows_of(seen, present.numbers + new)
+    blocks = [_flat(rows[:, :, index]) for index in range(len(channels))]
+    if not len(new) or not blocks:
+        return present, blocks
+    blocks, shared = own_numbers_as_noise(blocks, new.sd)
+    common = Numbers(tuple(new.items[index] for index in shared))
+    return dataclasses.replace(present, numbers=present.numbers + common), blocks
 
 
 def _trial_run(present: _Present, options: PlanningOptions) -> Family | str:
@@ -247,8 +296,19 @@ def _trial_run(present: _Present, options: PlanningOptions) -> Family | str:
     present_motion = _largest_motion(run, present.x)
     trials = [each for each in every if _largest_motion(run.with_unbalance(*each), present.x) > STILL * present_motion]
     additions = [Addition(position=site, magnitude=size, phase=phase) for site, size, phase in trials]
-    blocks = [_flat(present.rows_of(run.with_unbalance(*trial))) for trial in trials]
-    return _family(present, "trial run", additions, blocks, 1, lambda count: _flat(present.rows_of(run)))
+    blocks = [_flat(present.of(run.with_unbalance(*trial))) for trial in trials]
+    return _family(present, "trial run", additions, blocks, 1, lambda count: _flat(present.of(run)))
+
+
+def _numbers(present: _Present, options: PlanningOptions) -> Family | str:
+    """Numbers known to a tolerance that are measured until they are as good as exact; without a plan, the run again."""
+    if not options.numbers:
+        return "no numbers are considered: study.numbers is 0"
+    numbers, n_column = present.numbers, present.rows.shape[1]
+    weights = np.diag(EXACT / numbers.sd)
+    blocks = [np.append(np.zeros(n_column - len(numbers)), row)[None] for row in weights]
+    additions = [Addition(number=words) for words in numbers.words]
+    return _family(present, "numbers", additions, blocks, options.numbers, lambda count: present.data)
 
 
 def _largest_motion(problem: Problem, x: Array) -> float:

@@ -1,11 +1,14 @@
 """Fisher information and Cramér–Rao lower bounds: by a second route, in a closed case, and as the audit of the paper
 has them."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from ksmea.inference.cramer_rao import Identifiability, identifiability
-from ksmea.likelihood.fisher import whitened_sensitivity
+import ksmea
+from ksmea.inference.cramer_rao import Identifiability, identifiability, joint_values
+from ksmea.likelihood.fisher import whitened_sensitivity, with_prior_rows
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
 from problems.three_disk import ThreeDisk
@@ -119,3 +122,17 @@ def test_unknowns_that_cannot_be_told_apart_have_no_crlb():
     found = Identifiability(np.ones(3), whitened_sensitivity(response, slope, Noise(0.0, 0.1), Observable.AMPLITUDE))
     assert np.isinf(found.crlb[:2]).all() and np.isfinite(found.crlb[2])
     assert np.abs(found.worst_direction) == pytest.approx([np.sqrt(0.5), np.sqrt(0.5), 0], abs=1e-6)
+
+
+def test_numbers_of_any_size_are_fitted_along(tmp_path):
+    """In SI Young's modulus is 1e11 and a position 0.1: the bound is that of the inverse of the information in the unit cube."""
+    path = tmp_path / "rotor.yaml"
+    path.write_text(Path("docs/examples/rotor.yaml").read_text() + "\ntolerances: typical\n")
+    rotor = ksmea.load_problem(str(path))
+    joint = rotor.problem.joint
+    response, slope = joint.linearised(joint_values(rotor.problem, joint, rotor.x()))
+    rows = whitened_sensitivity(response, slope * joint.parameters.width, TEN_PER_CENT, Observable.AMPLITUDE)
+    rows = with_prior_rows(rows, joint.parameters)
+    expected = np.sqrt(np.diag(np.linalg.inv(rows.T @ rows))) * joint.parameters.width
+    found = identifiability(rotor.problem, rotor.x(), TEN_PER_CENT, "amplitude").crlb
+    assert found == pytest.approx(expected[: len(found)], rel=1e-6)

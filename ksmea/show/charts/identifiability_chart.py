@@ -19,6 +19,7 @@ HEADINGS = {
     "position": "position of one measuring plane (m)",
     "noise": "noise, times the present",
     "kind": "kind of data",
+    "numbers": "number that is exact",
 }
 LEAST_PCT, MOST_PCT = 1e-3, 1e4  # what lies beyond stands at the upper edge as an arrow
 
@@ -27,8 +28,10 @@ def identifiability_chart(record: IdentifiabilityRecord, title: str = "") -> Cha
     """Half-widths of the intervals in per cent of the values (of the range of its search for a value of 0 and for an angle,
     which the legend says), with other data; of a record without variations, those of the data as they are."""
     by_name: dict[str, list[Variation]] = {}
+    unseen = record.least_variations
     for entry in record.variations:
-        by_name.setdefault(entry.variation, []).append(entry)
+        if entry not in unseen:
+            by_name.setdefault(entry.variation, []).append(entry)
     drawn = [_with_other_data(record, name, entries) for name, entries in by_name.items()] or [_as_they_are(record)]
     across = min(len(drawn), 2)
     return Chart(
@@ -53,7 +56,7 @@ def label(parameter: Unknown) -> str:
 
 def _with_other_data(record: IdentifiabilityRecord, name: str, entries: Sequence[Variation]) -> Panel:
     """Of each unknown a line, or symbols beside each other where what was varied has names."""
-    is_named = name in ("band", "kind")
+    is_named = name in ("band", "kind", "numbers")
     at = np.array([number if is_named else entry.value for number, entry in enumerate(entries)], dtype=float)
     widths = half_widths([entry.crlb_si for entry in entries], record)
     present = half_widths([record.crlb_si], record)[0]
@@ -67,7 +70,9 @@ def _with_other_data(record: IdentifiabilityRecord, name: str, entries: Sequence
         elements.append(Level(at=min(present[number], MOST_PCT), colour=colour, opacity=0.7))
     texts = map(_in_words, [entry.value for entry in entries])
     ticks = None if name == "position" else dict(zip(at.tolist(), texts))
-    scale = Axis("", "log" if name in ("speeds", "noise") else "linear", ticks=ticks, is_turned=name == "band")
+    scale = Axis(
+        "", "log" if name in ("speeds", "noise") else "linear", ticks=ticks, is_turned=name in ("band", "numbers")
+    )
     return _panel(record, elements, scale, HEADINGS[name])
 
 

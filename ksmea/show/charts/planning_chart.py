@@ -19,7 +19,12 @@ MOST_LINES = 8  # in a panel
 ACROSS, MOST_CELLS = 3, 6  # plans side by side, and in one picture
 HEIGHT = 2.5  # inches, of a panel
 COLOURS = (CATEGORIES[0], *CATEGORIES[2:])  # of lines; the one left out is that of the rings
-UNPLANNED = {"probes": "as many data again", "trial run": "present run again"}  # what is compared
+UNPLANNED = {  # what is compared
+    "probes": "as many data again",
+    "trial run": "present run again",
+    "numbers": "present run again",
+}
+MOST_NUMBERS = 12  # in a panel, the best ones
 
 
 def planning_chart(found: Mapping[str, PlanningRecord], title: str = "") -> Chart:
@@ -43,8 +48,10 @@ def is_without_size(parameter: Unknown) -> bool:
 def _panels(record: PlanningRecord, name: str) -> Iterator[Panel]:
     n_drawn = 0
     for family in record.families:
-        x, label = _abscissa(family)
         shown, lines = _shown(record, family), _lines(family)
+        x, axis = (
+            _abscissa(family) if family.candidates.number is None else _by_rank(family, shown, _is_unknown(record))
+        )
         elements: list[Element] = []
         if family.family == "speeds":
             elements.append(
@@ -55,6 +62,10 @@ def _panels(record: PlanningRecord, name: str) -> Iterator[Panel]:
                 "colour": COLOURS[number % len(COLOURS)],
                 "dash": DASHES[number // len(COLOURS) % len(DASHES)],
             }
+            if (words := family.candidates.number) is not None:
+                told = [f"{word}: {value:.3g}" for word, value in zip(words, shown)]
+                elements.append(Points(x, shown, name=line, said=told, colour=style["colour"]))
+                continue
             said = f"{line or 'speed'}: {{y:.3g}} at {{x:.5g}}"
             elements.append(Line(x[own], shown[own], symbol="point" if line else "", name=line, said=said, **style))
         chosen = list(family.chosen)
@@ -65,23 +76,33 @@ def _panels(record: PlanningRecord, name: str) -> Iterator[Panel]:
             unplanned = _unplanned(record, family)
             elements += [Level(at=unplanned, label=UNPLANNED[family.family])] if unplanned is not None else []
             top = max(float(np.nanmax(shown, initial=unplanned or 0.0)), 1e-3)
-            yield Panel(tuple(elements), Axis(label), Axis(_quantity(record), low=0, high=1.1 * top), title, HEIGHT)
+            yield Panel(tuple(elements), axis, Axis(_quantity(record), low=0, high=1.1 * top), title, HEIGHT)
         elif np.isfinite(shown).any():
-            yield Panel(tuple(elements), Axis(label), Axis(_quantity(record), "log"), title, HEIGHT)
+            yield Panel(tuple(elements), axis, Axis(_quantity(record), "log"), title, HEIGHT)
         else:
             none = Axis(low=0, high=1, ticks={})
             yield Panel((Words(x=0.5, y=0.5, text="still unknown"),), none, none, title, HEIGHT)
 
 
-def _abscissa(family: Family) -> tuple[Array, str]:
-    """Where candidates (n,) are drawn, and the name of that axis."""
+def _abscissa(family: Family) -> tuple[Array, Axis]:
+    """Abscissae of candidates (n,), and their axis."""
     candidates = family.candidates
     if candidates.speed is not None:
-        return np.array(candidates.speed) / RPM, "added speed (rpm); grey: the present band"
+        return np.array(candidates.speed) / RPM, Axis("added speed (rpm); grey: the present band")
     if candidates.magnitude is None:
-        return np.array(candidates.position), "position of an added probe (m)"
+        return np.array(candidates.position), Axis("position of an added probe (m)")
     magnitude = candidates.magnitude[0] / GRAM_MILLIMETRE
-    return np.array(candidates.position), f"position of a trial unbalance of {magnitude:.4g} g mm (m)"
+    return np.array(candidates.position), Axis(f"position of a trial unbalance of {magnitude:.4g} g mm (m)")
+
+
+def _by_rank(family: Family, shown: Array, least_first: bool) -> tuple[Array, Axis]:
+    """Abscissae (n,) of numbers, the best and the chosen ones next to each other, and their axis."""
+    order = np.argsort(shown if least_first else -shown, kind="stable")
+    drawn = [index for rank, index in enumerate(order) if rank < MOST_NUMBERS or index in family.chosen]
+    x = np.full(len(shown), np.nan)
+    x[drawn] = np.arange(len(drawn))
+    words = family.candidates.number or ()
+    return x, Axis("number that is exact", ticks={float(x[index]): words[index] for index in drawn}, is_turned=True)
 
 
 def _lines(family: Family) -> dict[str, Array]:
@@ -91,6 +112,8 @@ def _lines(family: Family) -> dict[str, Array]:
         names = [f"probe in {named(direction)}" for direction in candidates.direction]
     elif candidates.phase is not None:
         names = [f"trial at {phase / DEGREE:.4g}°" for phase in candidates.phase]
+    elif candidates.number is not None:
+        names = ["number that is exact"] * len(candidates.number)
     else:
         names = [""] * len(candidates.reduction_pct)
     return {name: np.array(names) == name for name in list(dict.fromkeys(names))[:MOST_LINES]}
