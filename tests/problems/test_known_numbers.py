@@ -151,3 +151,12 @@ def test_a_number_that_cannot_be_uncertain_is_refused(tmp_path):
     (tmp_path / "length.yaml").write_text(text)
     with pytest.raises(SettingError, match=r"shaft\[1\].length: expected a plain number, since length cannot have"):
         type(settings)(str(tmp_path / "length.yaml")).build()
+
+
+def test_a_number_that_is_searched_has_no_typical_tolerance_too(tmp_path):
+    searched = {"modulus": "{value: 205, sd: 4, lower: 180, upper: 220}", "gain": "{value: 1, lower: 0.9, upper: 1.1}"}
+    names = pump(tmp_path, more="tolerances: typical", **searched).build().joint.parameters.names
+    assert [name for name in names if "youngs_modulus" in name or name.startswith("gain_x_at_0_16")] == [
+        "steel_youngs_modulus",
+        "gain_x_at_0_16_m",
+    ]

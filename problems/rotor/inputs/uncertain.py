@@ -38,14 +38,18 @@ class UncertainNumbers:
     def joint(self, problem: RotorProblem) -> RotorProblem:
         """A problem with all these numbers as unknowns, behind its own; itself if there are none."""
         plain = problem.plain
-        known = {place.path for number in self.numbers for place in number.places} | {each.path for each in self.exact}
+        searched = [each for effect in problem.effects if isinstance(effect, RotorNumbers) for each in effect.numbers]
+        known = {place.path for number in (*self.numbers, *searched) for place in number.places}
+        known |= {each.path for each in self.exact}
         numbers = [*self.numbers]
         for number in rotor_numbers(plain.rotor, self.tolerances, self._materials(plain)):
             places = tuple(place for place in number.places if place.path not in known)
             if places:
                 numbers.append(dataclasses.replace(number, places=places))
         seen = [probe for probe in self.probes if any(probe.reads(channel) for channel in plain.channels)]
-        stated = {(probe.reading, probe.position, probe.direction) for probe in self.probes} | set(self.exact_probes)
+        seen_before = [each for effect in problem.effects if isinstance(effect, RotorNumbers) for each in effect.probes]
+        stated = {(probe.reading, probe.position, probe.direction) for probe in (*self.probes, *seen_before)}
+        stated |= set(self.exact_probes)
         seen += [
             probe
             for probe in probe_numbers(plain.channels, self.tolerances)
