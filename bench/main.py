@@ -15,6 +15,7 @@ from contextlib import ExitStack, redirect_stdout
 
 from bench.command_line.corrected_command import with_cure
 from bench.command_line.output_level import TRACEBACK, is_quiet, is_verbose, tell_error, without_level
+from bench.command_line.plain_signs import print_any_sign
 from bench.commands.dispatch import COMMANDS, run_command
 from ksmea.errors import SettingError, visible
 
@@ -26,6 +27,7 @@ COMPLETION, COMPLETE = "completion", "_complete"  # what prints a shell's script
 
 def run(words: list[str], refuse: Callable[[str], None] = tell_error) -> int:
     """Do what the words say; the exit code. `refuse` is told in one line why they cannot be done."""
+    print_any_sign()
     with ExitStack() as shown:
         try:
             return _done(words if words[:1] == [COMPLETE] else _with_level(words, shown))
