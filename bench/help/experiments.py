@@ -8,9 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from bench.command_line.bench_settings import bench_fields, default_plugins
+from bench.command_line.config_files import content
 from bench.command_line.grid import grid_blocks, grid_points
 from bench.storage.own_files import REFERENCE
 
@@ -27,8 +26,8 @@ OF_FIGURES = {
 
 def experiment_text(name: str, path: Path) -> str:
     """An experiment's page."""
-    text = path.read_text(encoding="utf-8")
-    said: dict[str, Any] = yaml.safe_load(text) or {}
+    said = content(path)
+    text = path.read_text(encoding="utf-8-sig")
     lines = [f"+experiment={name}", *(f"  {line}" for line in _remark(text)), ""]
     lines.append(f"  run it:    python -m bench +experiment={name}")
     if included := said.get("includes"):
@@ -106,7 +105,11 @@ def _cost(name: str, said: Mapping[str, Any]) -> str:
         return "nothing is run"
     n_cell = len(_points(said))
     repetitions = said.get("repetitions", bench_fields()["repetitions"].default)
-    runs = f"{_counted(n_cell * int(repetitions), 'run')} ({_counted(n_cell, 'cell')} × {_counted(int(repetitions), 'repetition')})"
+    if not isinstance(repetitions, int):
+        return f"{_counted(n_cell, 'cell')}, repetitions: {_word(repetitions)}"
+    runs = (
+        f"{_counted(n_cell * repetitions, 'run')} ({_counted(n_cell, 'cell')} × {_counted(repetitions, 'repetition')})"
+    )
     measured = _measured(REFERENCE / f"{name}.runs.csv")
     return f"{runs}{f'; {measured}' if measured else ''}"
 

@@ -23,7 +23,7 @@ from bench.plan.composer import Composer, Compositions
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
 from bench.plan.folder import require_own_folder
 from bench.plan.parameter_facts import FactsOfCells
-from bench.plan.plan import Cell, Plan, ReportSettings, all_runs, own_seed
+from bench.plan.plan import Cell, Plan, ReportSettings, all_runs, is_file_name, own_seed
 from bench.plan.provenance import (
     PARTS,
     code_digest,
@@ -38,7 +38,7 @@ from bench.plan.report import report_named
 from bench.plan.setup import FINGERPRINTS, Setup, fingerprints
 from bench.plan.study import Study
 from bench.storage.own_files import PAPER
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import SettingError, shortened, unknown
 from ksmea.plugins import registry
 from ksmea.records.record import Record
 from ksmea.settings.settings import check_values
@@ -159,8 +159,12 @@ def _check_whole(config: DictConfig) -> None:
     check_values(BenchConfig, _own(config, set(known) - {*registry.GROUPS}))
     if config.repetitions < 1 and config.table != "settings":
         raise SettingError(f"expected a number at least 1, got {config.repetitions}", setting="repetitions")
-    if Path(config.name).name != config.name:
-        raise SettingError(f"expected the name of a file, got '{config.name}'", setting="name")
+    if not is_file_name(config.name):
+        raise SettingError(
+            f"expected the name of a file, got '{shortened(config.name)}'; choose another", setting="name"
+        )
+    if not config.output:
+        raise SettingError("expected a folder, output=. for the working directory, got nothing", setting="output")
     if config.paper is not None and not (PAPER / f"{config.paper}.csv").is_file():
         raise unknown("table of the paper", config.paper, [path.stem for path in PAPER.glob("*.csv")])
     if config.table is not None and config.table not in registry.registered("report"):
