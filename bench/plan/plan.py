@@ -224,7 +224,7 @@ def _check_names(plan: Plan) -> None:
 
 
 def is_file_name(name: str) -> bool:
-    """Whether an experiment's name can be that of its files."""
+    """Whether an experiment's name can name its files."""
     can_be = name not in ("", ".", "..") and Path(name).name == name and visible(name) == name
     return can_be and len(name.encode()) <= LONGEST_NAME
 
@@ -234,6 +234,9 @@ def _check_cell(cell: Cell, where: str) -> None:
         settings = cell.settings.get(group)
         if settings is not None and not (isinstance(settings, dict) and isinstance(settings.get("name"), str)):
             raise ValueError(f"{where}: {group} is no mapping with a name")
+    parts = cell.settings.get("parts", [])
+    if not isinstance(parts, list) or not all(isinstance(part, str) for part in parts):
+        raise ValueError(f"{where}: its parts are no list of names")
     level = (cell.settings.get("study") or {}).get("level", 0.95)
     if isinstance(level, bool) or not isinstance(level, (int, float)) or not 0 < level < 1:
         raise ValueError(f"{where}: the level of its intervals is not between 0 and 1")

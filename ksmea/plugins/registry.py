@@ -10,6 +10,7 @@ from typing import Any
 
 from ksmea.errors import SettingError, unknown
 from ksmea.plugins.files import CONTRACTS, one_line, plugins_of_file, require_same
+from ksmea.plugins.module_files import module_spec
 from ksmea.plugins.names import (
     FURTHER,
     GROUPS,
@@ -119,13 +120,17 @@ def name_of(plugin: Settings) -> tuple[str, str]:
 
 
 def modules_of(group: str, name: str) -> tuple[str, ...]:
-    """The modules that make a plugin: of its entry point, and of its class if that is defined in another one. A plugin of this
-    project is not imported for that."""
-    point = registered(group).get(name)
-    if point is not None and point.dist is not None and point.dist.name == PROJECT:
-        return (point.module,)
-    own = plugin_class(group, name).__module__
-    return (own,) if point is None or point.module == own else (point.module, own)
+    """The module that makes a plugin, as its entry point says; what that imports follows from its file. Nothing is imported for that:
+    names may come from a received folder. `SettingError` for what is not registered, or has no module here."""
+    points = registered(group) if group in GROUPS | FURTHER else {}
+    if name not in points:
+        raise unknown(group, name, points)
+    point = points[name]
+    if isinstance(point, SharedName):
+        raise SettingError(f"{group}={name}: {point.refusal}")
+    if module_spec(point.module) is None:
+        raise SettingError(f"{group}={name}: expected a module {point.module}, found none; install its package again")
+    return (point.module,)
 
 
 def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[str, Any] | None = None) -> Any:
