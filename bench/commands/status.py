@@ -15,10 +15,11 @@ from bench.jobs.records import INTERRUPTED, RUNNING, damage_notes, read_records
 from bench.jobs.submitted import job_states
 from bench.plan.plan import Plan, Run, answered_by, key_of, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
-from ksmea.errors import SettingError, visible
+from ksmea.errors import SettingError, shortened, visible
 
 NOT_ENDED = (RUNNING, INTERRUPTED, "stale", "missing")  # states of runs without a result
 WHY = {"stale": "answered by other code or libraries", INTERRUPTED: "the same command does them again"}
+LONGEST = 1000  # characters of a note
 WIDTH = len(INTERRUPTED)  # of labels
 
 
@@ -61,13 +62,13 @@ def _status(output: Path) -> int:
         reasons = _reasons(counts, label)
         print(f"{label:>{WIDTH}} {count:6d}{f'  ({reasons})' if reasons else ''}")
     if submitted := job_states(output):
-        counted_states = Counter(submitted.values()).most_common()
+        counted_states = Counter(shortened(state, LONGEST) for state in submitted.values()).most_common()
         print(visible(f"{'jobs':>{WIDTH}} " + "; ".join(f"{count:6d} {state}" for state, count in counted_states)))
     known = {key: each.processor for key, each in records.items()}
     if mixed := mixed_processors(counted_processors(known, plan)):
         print(visible(f"note: {mixed}"))
     for note in (*plan.notes, *damage_notes(damaged)):
-        print(visible(f"note: {note}"))
+        print(visible(f"note: {shortened(note, LONGEST)}"))
     return 0 if n_done == len(plan.runs) else 1
 
 

@@ -19,14 +19,16 @@ from bench.jobs.pool import Limits, run_tasks
 from bench.jobs.presence import Presence, TakenForDead, at_work
 from bench.jobs.progress import experiment_log, progress_bar
 from bench.jobs.records import RecordWriter, finished_keys
+from bench.plan.naming import place_text
 from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import platform_name
-from ksmea.errors import visible
+from ksmea.errors import shortened, visible
 from ksmea.numerics.parallel import available_cores
 from ksmea.plugins.files import OURS
 
 JOURNALS = "journals"
 GIGABYTE = 2**30
+LONGEST_REASON = 500  # characters of a log line
 SLOW_TO_IMPORT = ("scipy.stats",)  # imported where it is first used, which would be in each worker
 
 
@@ -161,6 +163,6 @@ def _journal(run: Run, job: Job) -> Path:
 
 
 def _log_line(plan: Plan, run: Run, record: dict[str, Any]) -> str:
-    place = " ".join(f"{axis}={value}" for axis, value in plan.cells[run.cell].place.items())
+    place = " ".join(f"{axis}={place_text(value)}" for axis, value in plan.cells[run.cell].place.items())
     ending = f"{record['status']} after {record['elapsed']:.3f} s" if "elapsed" in record else record["status"]
-    return f"run {run.key} ({place} repetition={run.repetition}) {ending} {record.get('error', '')}".rstrip()
+    return f"run {run.key} ({place} repetition={run.repetition}) {ending} {shortened(str(record.get('error', '')), LONGEST_REASON)}".rstrip()

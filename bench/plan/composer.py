@@ -16,7 +16,7 @@ from hydra.core.override_parser.types import OverrideType
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf, open_dict
 
-from bench.command_line.grid import Block, grid_blocks, labelled, listed
+from bench.command_line.grid import Block, each_once, grid_blocks, labelled, listed
 from bench.command_line.overrides import Choice, override
 from bench.command_line.plugin_settings import PluginSetting, names_plugin, plugin_setting, short, unknown_key
 from bench.command_line.schema import plugin_schema
@@ -66,19 +66,18 @@ class Composer:
     def own(self, points: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         """The points, each once, as a configuration knows them: with the settings that plugins chosen there have. One that
         names its plugin says more than one that does not, and the command line more than the grid."""
-        kept: list[dict[str, Any]] = []
-        for point in points:
-            groups = {key: value for key, value in point.items() if key in registry.GROUPS}
-            left = {key: value for key, value in point.items() if self._is_meant(key, groups)}
-            fixed = {short(each.key) for each in self._fixed if names_plugin(each.key) and self._concerns(each, groups)}
-            own = {
-                short(key): value
-                for key, value in sorted(left.items(), key=lambda item: names_plugin(item[0]))
-                if names_plugin(key) or key not in fixed
-            }
-            if own not in kept:
-                kept.append(own)
-        return kept
+        return each_once(self._own(point) for point in points)
+
+    def _own(self, point: Mapping[str, Any]) -> dict[str, Any]:
+        """One point as a configuration knows it."""
+        groups = {key: value for key, value in point.items() if key in registry.GROUPS}
+        left = {key: value for key, value in point.items() if self._is_meant(key, groups)}
+        fixed = {short(each.key) for each in self._fixed if names_plugin(each.key) and self._concerns(each, groups)}
+        return {
+            short(key): value
+            for key, value in sorted(left.items(), key=lambda item: names_plugin(item[0]))
+            if names_plugin(key) or key not in fixed
+        }
 
     def at(self, point: Mapping[str, Any]) -> DictConfig:
         """The configuration at one point: {setting or group: value}."""

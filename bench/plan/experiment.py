@@ -36,6 +36,7 @@ from bench.plan.provenance import (
 )
 from bench.plan.report import report_named
 from bench.plan.setup import FINGERPRINTS, Setup, fingerprints
+from bench.plan.size import require_size
 from bench.plan.study import Study
 from bench.storage.own_files import PAPER
 from ksmea.errors import SettingError, shortened, unknown
@@ -59,6 +60,7 @@ WHOLE = (
     "grid",
     "add",
     "cross",
+    "force",
 )
 # Settings of how it is dealt out to jobs.
 DEALING = ("batches", "share", "wait")
@@ -110,7 +112,9 @@ class Experiment:
         _check_whole(config)
         for block in composer.blocks:
             _check_axes(block)
-        points = with_rotors(composer.own(grid_points(composer.blocks, swept, {choice.key for choice in fixed})), fleet)
+        fixed_keys = {choice.key for choice in fixed}
+        require_size(composer.blocks, swept, fixed_keys, config.repetitions, config.force)
+        points = with_rotors(composer.own(grid_points(composer.blocks, swept, fixed_keys)), fleet)
         modules: dict[str, str] = {}
         cells = _cells(composer, points, modules)
         versions = library_versions()

@@ -27,6 +27,7 @@ from ksmea.numerics.parallel import available_cores, for_each
 from ksmea.settings.regular_files import open_regular
 from ksmea.show.charts.chart import Chart
 
+LONGEST_NOTE = 1000  # characters
 LONGEST_REASON = 500  # characters of why a run failed
 DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
 
@@ -67,7 +68,10 @@ def collect(output: Path, redraw: bool = True) -> int:
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
     damaged: Counter[Path] = Counter()
     mixed = mixed_processors(counted_processors(processors(output, damaged), plan))
-    counted += [f"note: {note}" for note in [*filter(None, [mixed]), *plan.notes, *damage_notes(damaged)]]
+    counted += [
+        f"note: {shortened(note, LONGEST_NOTE)}"
+        for note in [*filter(None, [mixed]), *plan.notes, *damage_notes(damaged)]
+    ]
     print(visible_lines("\n" + "\n".join([*counted, f"in {output}: {', '.join(map(visible, there))}"])))
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
 
@@ -157,7 +161,7 @@ def _tell_not_drawn(what: str, why: _NotDrawn) -> None:
 
 
 def _reason(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())
+    return shortened(f"{type(error).__name__}: {error}", LONGEST_REASON)
 
 
 def _digest(files: Mapping[str, bytes], commit: str) -> bytes:
