@@ -75,8 +75,9 @@ def _check_names(words: list[str]) -> None:
         for name in choice.values:
             if choice.key in registry.GROUPS and not isinstance(name, str):
                 raise unknown(choice.key, str(name), registry.registered(choice.key))
-            if choice.key in registry.GROUPS and name in registry.registered(choice.key):
-                plugin_schema(choice.key, name)
+            is_known = choice.key in registry.GROUPS and name in registry.registered(choice.key)
+            if is_known and (len(choice.values) == 1 or not registry.is_outside(choice.key, name)):
+                plugin_schema(choice.key, name)  # of several from outside, those that cannot be used are left out
 
 
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")

@@ -62,6 +62,10 @@ class SettingError(ValueError):
         return located
 
 
+class PluginFailure(SettingError):
+    """A plugin from outside cannot be used, whatever its settings: it costs its own runs alone."""
+
+
 class BudgetSpent(Exception):
     """Raised by an objective whose evaluations are used up.
 

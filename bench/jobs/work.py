@@ -15,13 +15,13 @@ from bench.jobs.claims import Claims, are_offered
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
 from bench.jobs.planned_code import planned_plugins, require_planned_code
-from bench.jobs.pool import Limits, run_tasks
+from bench.jobs.pool import Given, Limits, run_tasks
 from bench.jobs.presence import Presence, TakenForDead, at_work
 from bench.jobs.progress import experiment_log, progress_bar
 from bench.jobs.records import RecordWriter, finished_keys
 from bench.plan.naming import place_text
 from bench.plan.plan import Plan, Run, read_plan
-from bench.plan.provenance import platform_name
+from bench.plan.provenance import mentions, outside_plugins, platform_name
 from ksmea.errors import shortened, visible
 from ksmea.numerics.parallel import available_cores
 from ksmea.plugins.files import OURS
@@ -93,6 +93,7 @@ class _Queue:
         self._n_worker, self._n_per_run = n_worker, n_per_run
         self._runs = {run.key: run for run in plan.runs}
         self._plugins = planned_plugins(plan)
+        self._of_cells: dict[int, tuple[dict[str, dict[str, str]], str]] = {}
         self._waiting: deque[str] = deque()
         self._began = time.monotonic()
         self._n_ended = 0
@@ -104,7 +105,7 @@ class _Queue:
         if exception_type is None or not issubclass(exception_type, TakenForDead):
             self._claims.release([*self._waiting])
 
-    def tasks(self) -> Iterator[tuple[Run, tuple[Any, ...]] | None]:
+    def tasks(self) -> Iterator[Given[Run] | None]:
         """Run after run, claimed as they are needed; None while others may yet give some back."""
         while True:
             while not self._waiting:
@@ -114,7 +115,19 @@ class _Queue:
                     yield None
             run = self._runs[self._waiting.popleft()]
             shows_itself = len(self._claims.todo) == 1 and not is_quiet()
-            yield run, (*_arguments(self._plan, run, self._job), shows_itself, self._plugins, self._n_per_run)
+            plugins, outside = self._of_cell(run.cell)
+            arguments = (*_arguments(self._plan, run, self._job), shows_itself, plugins, self._n_per_run)
+            yield Given(run, arguments, outside)
+
+    def _of_cell(self, cell: int) -> tuple[dict[str, dict[str, str]], str]:
+        """The plain files that a cell's runs load, and what names all their plugins from outside: a file that a run does not name is not
+        imported for it."""
+        if cell not in self._of_cells:
+            settings = self._plan.cells[cell].settings
+            files = {self._plan.plugins[word] for word in self._plan.plugins if mentions(settings, word)}
+            outside = " ".join([*outside_plugins(settings), *sorted(files)])
+            self._of_cells[cell] = {path: each for path, each in self._plugins.items() if path in files}, outside
+        return self._of_cells[cell]
 
     def _claim(self) -> bool:
         """Claim more runs; whether there were any."""

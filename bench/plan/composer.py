@@ -20,6 +20,7 @@ from bench.command_line.grid import Block, each_once, grid_blocks, labelled, lis
 from bench.command_line.overrides import Choice, override
 from bench.command_line.plugin_settings import PluginSetting, names_plugin, plugin_setting, short, unknown_key
 from bench.command_line.schema import plugin_schema
+from bench.plan.left_out import why_unusable
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
 from ksmea.settings.settings import own_fields
@@ -157,7 +158,7 @@ class Composer:
                 )
             _require_setting(group, said.plugin, setting)
             return said.plugin == chosen
-        known = {name: _settings(group, name) for name in names}
+        known = {name: _settings(group, name) for name in names if not why_unusable(group, name)}
         if not any(setting in settings for settings in known.values()):
             plugins = (
                 registry.registered(group) if setting != said.setting else ()
@@ -191,6 +192,8 @@ def _names(said: PluginSetting, chosen: str) -> bool:
 
 
 def _require_setting(group: str, plugin: str, setting: str) -> None:
+    if why_unusable(group, plugin):
+        return
     known = _settings(group, plugin)
     if setting not in known:
         raise unknown_key(f"{group}.{plugin}.{setting}", known)

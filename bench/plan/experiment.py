@@ -22,6 +22,7 @@ from bench.plan.assumed_values import assumed_values_in_errors, with_assumed_val
 from bench.plan.composer import Composer, Compositions
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
 from bench.plan.folder import require_own_folder
+from bench.plan.left_out import left_out_lines, outside_in, planning, with_usable
 from bench.plan.parameter_facts import FactsOfCells
 from bench.plan.plan import Cell, Plan, ReportSettings, all_runs, is_file_name, own_seed
 from bench.plan.provenance import (
@@ -39,8 +40,9 @@ from bench.plan.setup import FINGERPRINTS, Setup, fingerprints
 from bench.plan.size import require_size
 from bench.plan.study import Study
 from bench.storage.own_files import PAPER
-from ksmea.errors import SettingError, shortened, unknown
+from ksmea.errors import PluginFailure, SettingError, shortened, unknown
 from ksmea.plugins import registry
+from ksmea.plugins.first_import import require_survived
 from ksmea.records.record import Record
 from ksmea.settings.settings import check_values
 
@@ -77,6 +79,7 @@ class Experiment:
     batches: int
     share: tuple[Path, ...]  # folders whose finished runs of the same key are taken over
     working: tuple[str, ...]  # overrides for the jobs
+    has_left_out: bool = False  # plugins that cannot be used, which the plan's notes name
 
     @classmethod
     def compose_all(cls, loader: ConfigLoader, master: DictConfig, arguments: list[str]) -> list[Experiment]:
@@ -114,9 +117,11 @@ class Experiment:
             _check_axes(block)
         fixed_keys = {choice.key for choice in fixed}
         require_size(composer.blocks, swept, fixed_keys, config.repetitions, config.force)
-        points = with_rotors(composer.own(grid_points(composer.blocks, swept, fixed_keys)), fleet)
+        usable, left_out = with_usable(grid_points(composer.blocks, swept, fixed_keys))
+        points = with_rotors(composer.own(usable), fleet)
         modules: dict[str, str] = {}
-        cells = _cells(composer, points, modules)
+        cells, failures = _cells(composer, points, modules)
+        left_out += left_out_lines(failures)
         versions = library_versions()
         plan = Plan(
             name=config.name,
@@ -130,13 +135,15 @@ class Experiment:
             cells=cells,
             runs=all_runs(cells, config.repetitions, versions),
             plugins={word: path for cell in cells for word, path in plugin_files(cell.settings).items()},
+            notes=tuple(left_out),
         )
         working = tuple(override(key, config[key]) for key in WORKING)
         output = Path(config.output).absolute()
         require_own_folder(plan, output)
         if config.table is not None:
             report_named(config.table).check_plan(plan)
-        return cls(plan, output, config.batches, tuple(map(Path, [*config.share, *share])), working)
+        shared = tuple(map(Path, [*config.share, *share]))
+        return cls(plan, output, config.batches, shared, working, has_left_out=bool(left_out))
 
 
 def _fixed(choices: Iterable[Choice]) -> list[Choice]:
@@ -184,15 +191,23 @@ def _own(config: DictConfig, names: Iterable[str]) -> dict[str, Any]:
     return dict(values)
 
 
-def _cells(composer: Composer, points: Sequence[dict[str, Any]], modules: dict[str, str]) -> tuple[Cell, ...]:
-    """The cell of each point. A file of a fleet that cannot be used costs its own run alone, which fails with the reason;
-    `SettingError` where no file can be used with the same settings, so that it is not the file."""
+def _cells(
+    composer: Composer, points: Sequence[dict[str, Any]], modules: dict[str, str]
+) -> tuple[tuple[Cell, ...], list[PluginFailure]]:
+    """The cell of each point, and why plugins from outside have none. A file of a fleet that cannot be used costs its own run alone, which
+    fails with the reason; `SettingError` if no file can be used with the same settings, so that it is not the file."""
     made: dict[int, Cell] = {}
+    failures: list[PluginFailure] = []
     refused: dict[int, SettingError] = {}
     facts = FactsOfCells()
+    tried: dict[str, PluginFailure | None] = {}
     for index, point in enumerate(points):
         try:
-            made[index] = _cell(composer.at(point), point, modules, facts)
+            config = composer.at(point)
+            _require_survived(config, point, tried)
+            made[index] = _cell(config, point, modules, facts)
+        except PluginFailure as failure:
+            failures.append(failure)
         except SettingError as error:
             if MEASURED not in point:
                 raise
@@ -202,7 +217,23 @@ def _cells(composer: Composer, points: Sequence[dict[str, Any]], modules: dict[s
         if (other := next(alike, None)) is None:
             raise reason
         made[index] = _with_file(other, composer.at(points[index]), points[index])
-    return tuple(made[index] for index in range(len(points)))
+    if failures and not made:
+        raise failures[0]
+    return tuple(made[index] for index in sorted(made)), failures
+
+
+def _require_survived(config: DictConfig, point: dict[str, Any], tried: dict[str, PluginFailure | None]) -> None:
+    """Raise `PluginFailure` if planning with these plugins from outside ends the process: the first cell of each is tried in a fork."""
+    chosen: Any = OmegaConf.to_container(OmegaConf.masked_copy(config, list(registry.GROUPS)), resolve=True)
+    theirs = " ".join(outside_in(chosen))
+    if theirs and theirs not in tried:
+        tried[theirs] = None
+        try:
+            require_survived(theirs, lambda: _cell(config, point, {}, FactsOfCells()))
+        except PluginFailure as failure:
+            tried[theirs] = failure
+    if (failed := tried.get(theirs)) is not None:
+        raise failed
 
 
 def _differ_by_file(place: Mapping[str, Any], point: Mapping[str, Any]) -> bool:
@@ -226,6 +257,13 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], fa
     """
     check_values(BenchConfig, _own(config, ("samples", "seed")))
     settings: dict[str, Any] = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
+    with planning(settings):
+        return _planned(config, point, settings, modules, facts)
+
+
+def _planned(
+    config: DictConfig, point: dict[str, Any], settings: dict[str, Any], modules: dict[str, str], facts: FactsOfCells
+) -> Cell:
     settings = with_assumed_values(settings | {"samples": config.samples})
     with assumed_values_in_errors(settings):
         setup = Setup.of(settings)

@@ -51,6 +51,23 @@ def plugin_files(settings: Mapping[str, Any]) -> dict[str, str]:
     return {word: path for word, path in in_files.items() if word in chosen}
 
 
+def outside_plugins(settings: Mapping[str, Any]) -> list[str]:
+    """Plugins that a run with these settings is made of and that are not this project's, as `group=name`."""
+    return sorted(word for word in _chosen(settings) if registry.is_outside(*word.split("=", 1)))
+
+
+def mentions(settings: Mapping[str, Any], word: str) -> bool:
+    """Whether a run's settings choose a plugin, given as `group=name`, or hold its name anywhere, as a list of effects does."""
+    name = word.partition("=")[2]
+    pending: list[Any] = [settings]
+    while pending:
+        value = pending.pop()
+        pending += value.values() if isinstance(value, Mapping) else value if isinstance(value, (list, tuple)) else []
+        if isinstance(value, str) and value in (word, name):
+            return True
+    return False
+
+
 def _chosen(settings: Mapping[str, Any]) -> list[str]:
     """Plugins that a run with these settings is made of, as `group=name`. Settings of earlier versions name parts by modules; they
     are passed over: what was computed by those versions is stale in any case."""

@@ -72,4 +72,4 @@ class PlanSweeper(Sweeper):
             if not is_quiet():
                 for note in notes:
                     print(visible(note))
-            return code
+            return max(code, 1) if experiment.has_left_out else code
