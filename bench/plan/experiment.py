@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+import json
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +18,7 @@ from bench.command_line.bench_settings import BenchConfig, bench_fields
 from bench.command_line.corrected_command import quoted
 from bench.command_line.grid import LABEL, grid_points
 from bench.command_line.overrides import Choice, as_given, override, parse
+from bench.command_line.plugin_settings import short
 from bench.command_line.plugin_words import require_registered
 from bench.command_line.word_shapes import NAMED
 from bench.plan.assumed_values import assumed_values_in_errors, with_assumed_values
@@ -64,6 +67,8 @@ WHOLE = (
     "cross",
     "force",
 )
+REFERENCED = re.compile(r"\$\{([\w.]+)\}")  # settings that a text is made of
+OF_FILE = re.compile(r"\$\{of_file:\$\{\w+\}\}")  # of the file that all runs have, or of all files of a fleet
 # Settings of how it is dealt out to jobs.
 DEALING = ("batches", "share", "wait")
 # Settings of how its jobs work, passed on to them; none of them changes a result.
@@ -115,6 +120,7 @@ class Experiment:
         _check_whole(config)
         for block in composer.blocks:
             _check_axes(block)
+        _require_one_folder(config, {*swept, *(key for block in composer.blocks for key in block)})
         fixed_keys = {choice.key for choice in fixed}
         require_size(composer.blocks, swept, fixed_keys, config.repetitions, config.force)
         usable, left_out = with_usable(grid_points(composer.blocks, swept, fixed_keys))
@@ -185,6 +191,19 @@ def _check_whole(config: DictConfig) -> None:
             raise SettingError(f"expected folders of results, found none at {folder}", setting="share")
 
 
+def _require_one_folder(config: DictConfig, axes: Collection[str]) -> None:
+    """Raise `SettingError` if the name or the folder of the results is made of a setting with several values: one of them would name
+    the folder of all."""
+    for key in ("name", "output"):
+        text = str(OmegaConf.to_container(OmegaConf.masked_copy(config, [key]), resolve=False)[key])  # type: ignore[call-overload, index]
+        for named in REFERENCED.findall(OF_FILE.sub("", text)):
+            if any(short(axis) == named or named.startswith(f"{short(axis)}.") for axis in axes):
+                raise SettingError(
+                    f"expected one {key} for the whole experiment, got ${{{named}}}, which has several values; leave it out",
+                    setting=key,
+                )
+
+
 def _own(config: DictConfig, names: Iterable[str]) -> dict[str, Any]:
     """Values of settings by name."""
     values: Any = OmegaConf.to_container(OmegaConf.masked_copy(config, list(names)))
@@ -219,7 +238,17 @@ def _cells(
         made[index] = _with_file(other, composer.at(points[index]), points[index])
     if failures and not made:
         raise failures[0]
-    return tuple(made[index] for index in sorted(made)), failures
+    return _each_once(made[index] for index in sorted(made)), failures
+
+
+def _each_once(cells: Iterable[Cell]) -> tuple[Cell, ...]:
+    """The cells without those that do the same runs at the same place: a method without an optimiser is one cell, however many
+    optimisers it is crossed with."""
+    known: dict[str, Cell] = {}
+    for cell in cells:
+        same = json.dumps([cell.settings, cell.seed, cell.place], sort_keys=True, default=str)
+        known.setdefault(same, cell)
+    return tuple(known.values())
 
 
 def _require_survived(config: DictConfig, point: dict[str, Any], tried: dict[str, PluginFailure | None]) -> None:
@@ -286,7 +315,10 @@ def _planned(
     used = used_modules(settings, plugin_files(settings))
     modules |= used
     samples = None if "samples" in ignored and "samples" not in point else config.samples
-    place = {"samples": samples} | point
+    without = ignored & {*registry.GROUPS}
+    place = {"samples": samples} | {
+        key: None if key.partition(".")[0] in without else value for key, value in point.items()
+    }
     return Cell(place, settings, _seed(config, point, settings), parameters, code_digest(used))
 
 
