@@ -26,6 +26,7 @@ from threadpoolctl import threadpool_limits
 
 from bench.jobs.lines import FailedRun
 from bench.jobs.processes import descendants
+from ksmea.errors import SettingError
 
 Task = TypeVar("Task")
 
@@ -38,6 +39,10 @@ LOOK = 0.5  # s after which the caller is asked in `meanwhile`, whatever workers
 # this time, s, before it says so. 255 is what is known of a worker whose server was killed before it.
 KILLED = (-signal.SIGKILL, 255)
 GRACE = 0.5
+FILES_OF_WORKER, SPARE_FILES = (
+    3,
+    16,
+)  # pipes and sentinel of a worker; records, logs and modules that are read meanwhile
 BEGINS = None  # what a worker says before it begins a task
 
 
@@ -86,6 +91,22 @@ class _Worker(Generic[Task]):
         return self.process.is_alive() and not self.connection.closed
 
 
+def require_files(workers: int) -> None:
+    """Raise `SettingError` if this process may not open the files that so many workers take."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    try:
+        n_open = len(os.listdir("/proc/self/fd"))
+    except OSError:
+        return
+    most = (limit - n_open - SPARE_FILES) // FILES_OF_WORKER
+    if limit != resource.RLIM_INFINITY and workers > most:
+        raise SettingError(
+            f"expected fewer workers with at most {limit} open files (ulimit -n), got {workers}; give workers={max(most, 1)}, or raise"
+            " the limit",
+            setting="workers",
+        )
+
+
 def run_tasks(
     function: Callable[..., dict[str, Any]],
     tasks: Iterable[Given[Task] | None],
@@ -95,7 +116,7 @@ def run_tasks(
     preload: Iterable[str] = (),
     meanwhile: Callable[[], None] = lambda: None,
 ) -> Iterator[tuple[Task, dict[str, Any]]]:
-    """`function(*arguments)` for every task that is given, as results come: (task, what the function returned).
+    """Yield each task with the result of `function(*arguments)`, as results come.
 
     A None among the tasks says that there is none now, and that the next is to be asked for later. `meanwhile` is called at
     least once in `LOOK` seconds. `preload` names modules that workers find loaded. A task whose worker died or was stopped has the data of a `FailedRun`,

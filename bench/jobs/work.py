@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,9 +14,9 @@ from bench.jobs.claims import Claims, are_offered
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
 from bench.jobs.planned_code import planned_plugins, require_planned_code
-from bench.jobs.pool import Given, Limits, run_tasks
+from bench.jobs.pool import Given, Limits, require_files, run_tasks
 from bench.jobs.presence import Presence, TakenForDead, at_work
-from bench.jobs.progress import experiment_log, progress_bar
+from bench.jobs.progress import Progress, experiment_log, progress_bar
 from bench.jobs.records import RecordWriter, finished_keys
 from bench.plan.naming import place_text
 from bench.plan.plan import Plan, Run, read_plan
@@ -60,6 +59,7 @@ def work(job: Job) -> None:
             return
         n_core = job.workers or available_cores()
         n_worker = min(n_core, len(claims.todo))
+        require_files(n_worker)
         with (
             RecordWriter(job.output, presence.number, plan) as writer,
             experiment_log(job.output, plan.name, presence.number) as log,
@@ -71,7 +71,7 @@ def work(job: Job) -> None:
                 preload = own_modules(plan)
                 tasks = queue.tasks()
                 for run, record in run_tasks(
-                    execute, tasks, n_worker, job.limits, writer.started, preload, queue.look_around
+                    execute, tasks, n_worker, job.limits, writer.started, preload, looked_around(queue, bar)
                 ):
                     writer.result(run, record)
                     queue.ended(run)
@@ -81,8 +81,18 @@ def work(job: Job) -> None:
                     line = _log_line(plan, run, record)
                     log.info("%s", line)
                     if is_verbose():
-                        bar.write(visible(line), file=sys.stderr)
+                        bar.tell(visible(line))
             log.info("job ended")
+
+
+def looked_around(queue: _Queue, bar: Progress) -> Callable[[], None]:
+    """Return the function that is called every half second while workers are at work."""
+
+    def look_around() -> None:
+        queue.look_around()
+        bar.tick()
+
+    return look_around
 
 
 class _Queue:

@@ -242,7 +242,7 @@ def _cells(
 
 
 def _each_once(cells: Iterable[Cell]) -> tuple[Cell, ...]:
-    """The cells without those that do the same runs at the same place: a method without an optimiser is one cell, however many
+    """The cells, each once that does the same runs at the same place: a method without an optimiser is one cell, however many
     optimisers it is crossed with."""
     known: dict[str, Cell] = {}
     for cell in cells:
