@@ -8,8 +8,10 @@ import sys
 import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -139,13 +141,30 @@ def _write_figures_and_page(plan: Plan, made: Made, output: Path) -> bool:
     except Exception as error:  # whatever a report of other people raises
         draw(made.figures, output)
         return _no_page(output, error)
-    drawings, all_drawn = draw(lambda: {**charts, **made.figures()}, output)
+    said = _unfinished(made.runs)
+    drawings, all_drawn = draw(lambda: _titled({**charts, **made.figures()}, said), output)
     try:
         content = experiment_page(plan, made, drawings, last_began(output), page)
     except Exception as error:
         return _no_page(output, error)
     replace_file(output / PAGE, content)
     return all_drawn
+
+
+def _unfinished(runs: pd.DataFrame) -> str:
+    """How many runs a figure shows of an experiment that is not finished: '11 of 20 runs'; '' of a finished one."""
+    n_result = int(runs["status"].isin(RESULTS).sum())
+    return "" if n_result == len(runs) else f"{n_result} of {len(runs)} runs"
+
+
+def _titled(drawings: Mapping[str, Drawing], said: str) -> Mapping[str, Drawing]:
+    """The drawings with what is said in each chart's title."""
+    return {name: partial(_with_title, each, said) for name, each in drawings.items()} if said else drawings
+
+
+def _with_title(drawing: Drawing, said: str) -> Any:
+    made = drawing if isinstance(drawing, bytes) else drawing()
+    return replace(made, title=f"{made.title} ({said})") if isinstance(made, Chart) else made
 
 
 def _no_page(output: Path, error: Exception) -> bool:
