@@ -10,15 +10,17 @@ import io
 import os
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, redirect_stdout
 
 from bench.command_line.corrected_command import with_cure
 from bench.command_line.output_level import TRACEBACK, is_quiet, is_verbose, tell_error, without_level
+from bench.command_line.plain_signs import print_any_sign
 from bench.commands.dispatch import COMMANDS, run_command
 from ksmea.errors import SettingError, visible
 
-FAILED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 1, 2, 130, 141
+FAILED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE, TERMINATED = 1, 2, 130, 141, 143
+TOO_MANY = (errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.ENOMEM)  # files, processes or bytes at once
 DISK_TROUBLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 HELP, VERSION = ("help", "--help", "-h"), ("--version", "version")
 COMPLETION, COMPLETE = "completion", "_complete"  # what prints a shell's script, and what that calls
@@ -26,36 +28,43 @@ COMPLETION, COMPLETE = "completion", "_complete"  # what prints a shell's script
 
 def run(words: list[str], refuse: Callable[[str], None] = tell_error) -> int:
     """Do what the words say; the exit code. `refuse` is told in one line why they cannot be done."""
+    print_any_sign()
     with ExitStack() as shown:
         try:
             return _done(words if words[:1] == [COMPLETE] else _with_level(words, shown))
         except SettingError as error:
-            return _interrupted() if _was_interrupted(error) else _refused(with_cure(error, words), refuse)
+            return _interrupted(error) if _was_interrupted(error) else _refused(with_cure(error, words), refuse)
         except BrokenPipeError:  # who reads what is printed has gone; the files are written
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return BROKEN_PIPE
         except OSError as error:
-            return _interrupted() if _was_interrupted(error) else _cannot_write(error, refuse)
-        except KeyboardInterrupt:
-            return _interrupted()
+            return _interrupted(error) if _was_interrupted(error) else _cannot_write(error, refuse)
+        except KeyboardInterrupt as error:
+            return _interrupted(error)
         except Exception as error:
             if _was_interrupted(error):
-                return _interrupted()
+                return _interrupted(error)
             raise
 
 
-def _interrupted() -> int:
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, by which a scheduler or `kill` asks a process to end: as Ctrl-C."""
+
+
+def _interrupted(error: BaseException) -> int:
     print("interrupted: finished runs are kept, the same command does the rest", file=sys.stderr)
-    return INTERRUPTED
+    return TERMINATED if any(isinstance(each, Terminated) for each in _causes(error)) else INTERRUPTED
 
 
-def _was_interrupted(error: BaseException | None) -> bool:
-    """Whether an error came of Ctrl-C: libraries that tidy up then may raise one of their own."""
+def _was_interrupted(error: BaseException) -> bool:
+    """Whether an error came of Ctrl-C or SIGTERM: libraries that tidy up then may raise one of their own."""
+    return any(isinstance(each, KeyboardInterrupt) for each in _causes(error))
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
     while error is not None:
-        if isinstance(error, KeyboardInterrupt):
-            return True
+        yield error
         error = error.__cause__ or error.__context__
-    return False
 
 
 def _with_level(words: list[str], shown: ExitStack) -> list[str]:
@@ -145,6 +154,13 @@ def _printed(text: str) -> int:
 
 def _cannot_write(error: OSError, refuse: Callable[[str], None]) -> int:
     """A folder that cannot be used is bad input; a disk that fills up is not, and what was written before is kept."""
+    if error.errno in TOO_MANY and (not error.filename or error.errno in (errno.EMFILE, errno.ENFILE)):
+        _refused(
+            f"workers: expected files, processes and memory for all workers, got: {error.strerror}; finished runs are kept: give the"
+            " same command with fewer workers, such as workers=2 (ulimit -n and -u show the limits)",
+            refuse,
+        )
+        return FAILED
     place = error.filename or "output"
     if error.errno in DISK_TROUBLE:
         _refused(

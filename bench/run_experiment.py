@@ -11,7 +11,7 @@ from omegaconf import DictConfig
 
 from bench.command_line.config_dirs import CONFIG_DIR
 from bench.command_line.config_files import chosen_files, require_experiments, with_file
-from bench.command_line.messages import USER_ERRORS, in_our_words
+from bench.command_line.messages import USER_ERRORS, arose_in_hydra, in_our_words
 from bench.command_line.overrides import for_some_plugins, parse, with_quoted_files
 from bench.command_line.plugin_words import register_plugins
 from bench.command_line.schema import plugin_schema
@@ -32,9 +32,12 @@ def run_experiment(words: list[str]) -> int:
     try:
         paths = chosen_files(words)
         return _run(words, paths)
-    except (SettingError, *USER_ERRORS) as error:
+    except Exception as error:
+        if not isinstance(error, (SettingError, *USER_ERRORS)) and not arose_in_hydra(error):
+            raise
+        is_ours = isinstance(error, SettingError)
         wrong = error if isinstance(error, SettingError) else in_our_words(error)
-        located = with_file(wrong, paths, words)
+        located = with_file(wrong, paths, words, is_composed=not is_ours)
         if located is error:
             raise
         raise located from error
@@ -72,8 +75,9 @@ def _check_names(words: list[str]) -> None:
         for name in choice.values:
             if choice.key in registry.GROUPS and not isinstance(name, str):
                 raise unknown(choice.key, str(name), registry.registered(choice.key))
-            if choice.key in registry.GROUPS and name in registry.registered(choice.key):
-                plugin_schema(choice.key, name)
+            is_known = choice.key in registry.GROUPS and name in registry.registered(choice.key)
+            if is_known and (len(choice.values) == 1 or not registry.is_outside(choice.key, name)):
+                plugin_schema(choice.key, name)  # of several from outside, those that cannot be used are left out
 
 
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")

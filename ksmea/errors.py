@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import difflib
+import re
 import unicodedata
 import warnings
 from collections.abc import Callable, Iterable
@@ -13,6 +14,32 @@ from typing import Any
 LONGEST_QUOTE = 40  # characters of a wrong value that an error repeats
 LONGEST_NAME = 200  # of a name that nobody knows, which may be a path
 MOST_NAMES = 60  # known ones that an error lists; a file may define any number
+WORD = re.compile(r"[a-zµ]+|0pk")
+_ONE_WAY = {  # words of names that are alike and mean something else, and how one becomes the other
+    ("lag", "lead"): ("lead = -lag", "lag = -lead"),
+    ("mil", "um"): ("1 mil = 25.4 um", "1 um = 0.03937 mil"),
+    ("mils", "um"): ("1 mil = 25.4 um", "1 um = 0.03937 mil"),
+    ("mm", "um"): ("1 mm = 1000 um", "1 um = 0.001 mm"),
+    ("m", "um"): ("1 m = 1e6 um", "1 um = 1e-6 m"),
+    ("in", "m"): ("1 in = 0.0254 m", "1 m = 39.37 in"),
+    ("in", "mm"): ("1 in = 25.4 mm", "1 mm = 0.03937 in"),
+    ("mm", "m"): ("1 mm = 0.001 m", "1 m = 1000 mm"),
+    ("ft", "m"): ("1 ft = 0.3048 m", "1 m = 3.2808 ft"),
+    ("pp", "0pk"): ("0pk = pp / 2", "pp = 2 0pk"),
+    ("pkpk", "0pk"): ("0pk = pkpk / 2", "pkpk = 2 0pk"),
+    ("rms", "0pk"): ("0pk = 1.41421 rms", "rms = 0.70711 0pk"),
+    ("psi", "pa"): ("1 psi = 6894.757 Pa", "1 Pa = 1.450377e-4 psi"),
+    ("ksi", "gpa"): ("1 ksi = 0.006894757 GPa", "1 GPa = 145.0377 ksi"),
+    ("psi", "gpa"): ("1 psi = 6.894757e-6 GPa", "1 GPa = 145037.7 psi"),
+    ("lb", "kg"): ("1 lb = 0.45359237 kg", "1 kg = 2.204623 lb"),
+    ("lbf", "n"): ("1 lbf = 4.448222 N", "1 N = 0.2248089 lbf"),
+    ("rad", "deg"): ("1 rad = 57.29578 deg", "1 deg = 0.01745329 rad"),
+    ("hz", "rpm"): ("1 Hz = 60 rpm", "1 rpm = 1/60 Hz"),
+}
+CONVERSIONS = {
+    **{pair: there for pair, (there, _) in _ONE_WAY.items()},
+    **{pair[::-1]: back for pair, (_, back) in _ONE_WAY.items()},
+}
 UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")  # Unicode's categories of what moves a cursor, turns text round or ends a line
 
 
@@ -62,6 +89,10 @@ class SettingError(ValueError):
         return located
 
 
+class PluginFailure(SettingError):
+    """A plugin from outside cannot be used, whatever its settings: it costs its own runs alone."""
+
+
 class BudgetSpent(Exception):
     """Raised by an objective whose evaluations are used up.
 
@@ -79,10 +110,27 @@ def unknown(noun: str, name: str, known: Iterable[str], within: str = "") -> Set
     names = sorted(known)
     name = shortened(name, LONGEST_NAME)
     close = nearest(name, names)
-    near = f"{within}{shortened(close)}" if close is not None else None
+    converted = conversions(name, close) if close is not None else []
+    near = f"{within}{shortened(close)}" if close is not None and not converted else None
     found = UnknownName(noun, f"{within}{name}", near)
     hint = f"did you mean '{near}'? " if near is not None else ""
+    if converted:
+        hint = f"{shortened(str(close))} is another quantity: convert by {'; '.join(converted)}; "
     return SettingError(f"unknown {noun} '{found.name}'; {hint}known: {listed(names)}", meant=found)
+
+
+def conversions(name: str, known: str) -> list[str]:
+    """Conversions from a quantity into one whose name is alike: a name is never proposed in the place of one that means something
+    else.
+
+    >>> conversions("phase_lag_deg", "phase_lead_deg"), conversions("amplitude_mil_pp", "amplitude_um_0pk")
+    (['lead = -lag'], ['1 mil = 25.4 um', '0pk = pp / 2'])
+    >>> conversions("phase_led_deg", "phase_lead_deg")
+    []
+    """
+    own, other = (set(WORD.findall(each.casefold())) for each in (name, known))
+    pairs = ((word, meant) for word in sorted(own - other) for meant in sorted(other - own))
+    return [CONVERSIONS[pair] for pair in pairs if pair in CONVERSIONS]
 
 
 def listed(names: list[str]) -> str:

@@ -50,10 +50,11 @@ from measurements.campaign_document import Document, RunEntry, read_document
 from measurements.common_speeds import at_common_speeds
 from measurements.formats.waveforms.keyphasor import require_one_edge
 from measurements.run_up import RunUp, run_up
-from measurements.run_up_rows import Rows, read_bytes, rows_of, rows_of_run, text_of
+from measurements.run_up_rows import MAX_BYTES, Rows, read_bytes, rows_of, rows_of_run, text_of
 from measurements.shared_speeds import at_shared_speeds
 
 ORIGIN = "phase_origin"  # which runs with marks of their own have of their own
+MOST_BYTES = 4 * MAX_BYTES  # of all data files together
 
 
 @dataclass(frozen=True)
@@ -153,10 +154,15 @@ class CampaignFile(MeasurementSource):
 
     @cached_property
     def _contents(self) -> dict[str, bytes]:
-        """What each data file holds."""
-        return {
-            entry.file: inside(entry.block, "file", partial(read_bytes, entry.file)) for entry in self._document.runs
-        }
+        """Content of each data file; `SettingError` before any is read if they are too large together."""
+        entries = {entry.file: entry for entry in self._document.runs}
+        paths = [Path(file).expanduser() for file in entries]
+        size = sum(path.stat().st_size for path in paths if path.is_file())
+        if size > MOST_BYTES:
+            raise SettingError(
+                f"{self.path}: expected at most {MOST_BYTES >> 20} MB of data files, got {size >> 20} MB; leave runs out"
+            )
+        return {file: inside(entry.block, "file", partial(read_bytes, file)) for file, entry in entries.items()}
 
     @cached_property
     def _rows(self) -> dict[str, Rows]:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array, Indices
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import SettingError, shortened, unknown
 from ksmea.measurement.speeds import COMMON_SPEED, common_speeds
 from measurements.formats.curve import Flags
 from measurements.run_up import RunUp
@@ -49,7 +49,18 @@ def at_common_speeds(
             f"{file}: expected speeds that all runs have for differences, equal within {100 * COMMON_SPEED:g} %, got none; measure"
             " the runs at the same speeds, interpolate them (measurement.incomplete=interpolate), or leave measurement.reference out"
         )
-    return [_part(run, common[(common >= own.start) & (common < own.stop)] - own.start) for run, own in zip(runs, rows)]
+    kept = [common[(common >= own.start) & (common < own.stop)] - own.start for own in rows]
+    return [_part(run, each, _lacking(run, each, runs, names)) for run, each in zip(runs, kept)]
+
+
+def _lacking(run: RunUp, kept: Indices, runs: Sequence[RunUp], names: Sequence[str]) -> str:
+    """Which runs lack speeds that this one has, with their number: 'trial lacks 2'."""
+    left_out = np.delete(run.speed, kept)
+    lacking = {
+        name: int(sum(np.all(np.abs(other.speed - speed) > COMMON_SPEED * speed) for speed in left_out))
+        for name, other in zip(names, runs)
+    }
+    return ", ".join(f"{shortened(name)} lacks {n}" for name, n in lacking.items() if n)
 
 
 def _interpolated_runs(runs: Sequence[RunUp], names: Sequence[str], file: str) -> list[RunUp]:
@@ -105,9 +116,11 @@ def _given(sigma: Array | None) -> Array:
     return sigma
 
 
-def _part(run: RunUp, kept: Indices) -> RunUp:
+def _part(run: RunUp, kept: Indices, cause: str) -> RunUp:
     left_out = len(run.speed) - len(kept)
-    remark = (f"{left_out} of {len(run.speed)} speeds left out: not all runs have them",) if left_out else ()
+    remark = (
+        (f"{left_out} of {len(run.speed)} speeds left out: {cause or 'not all runs have them'}",) if left_out else ()
+    )
     return dataclasses.replace(
         run,
         speed=run.speed[kept],

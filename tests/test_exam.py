@@ -102,7 +102,7 @@ def test_a_script_is_told_all_that_fails():
     with pytest.raises(testing.ExamFailed) as failed:
         testing.check_optimizer(Shrinking(rounds=1), evaluations=10, distance=0.01)
     first, *others = str(failed.value).split("\n")
-    assert first == "Shrinking fails 2 of 16 properties"
+    assert first == "Shrinking fails 2 of 18 properties"
     assert [line.partition(":")[0] for line in others] == [
         "survives_points_without_value",
         "finds_the_minimum_of_a_sphere",
@@ -150,7 +150,7 @@ def test_one_line_of_a_test_file_is_a_test_for_each_property(package):
         "tests",
     ]
     run = subprocess.run(command, cwd=package, capture_output=True, text=True, timeout=120, check=False)
-    assert "1 failed, 31 passed" in run.stdout, run.stdout
+    assert "1 failed, 35 passed" in run.stdout, run.stdout
     where = "tests/test_uniform_search.py::test_"
     assert f"PASSED {where}uniform_search[ends_with_its_budget]" in run.stdout
     assert f"FAILED {where}broken[returns_the_objectives_result]" in run.stdout

@@ -10,11 +10,18 @@ from typing import Any
 import yaml
 
 from bench.command_line.config_dirs import EXPERIMENT, folders
+from bench.command_line.experiment_shape import included, require_shape
 from bench.command_line.overrides import Choice, parse
 from bench.storage.own_files import CONF
 from ksmea.errors import SettingError
+from ksmea.plugins.names import GROUPS
+from ksmea.settings.strict_yaml import parse as parse_strictly
+from ksmea.settings.strict_yaml import read_bytes
 
-PACKAGE = re.compile(r"^# *@package +_global_ *$", re.MULTILINE)
+PACKAGE = re.compile(r"^# *@package +(.*?) *$", re.MULTILINE)
+GLOBAL = "_global_"
+OF_PLUGIN = re.compile(r"(\w+)=\w+: ")
+INDEX = re.compile(r"\[\d+\]")
 INCLUDED = {"experiment": "includes"}  # what names one in a file
 
 
@@ -32,35 +39,80 @@ def chosen_files(words: Sequence[str]) -> list[Path]:
 
 
 def content(path: Path) -> dict[str, Any]:
-    """What a configuration file says; `SettingError` with its name where it cannot be read."""
+    """Parsed content of a configuration file; `SettingError` with its name and the place if it cannot be read."""
+    read = read_bytes(str(path))
+    parse_strictly(read, str(path))  # keys that stand twice, lists nested too deeply: with their lines
     try:
-        found = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError) as error:
+        found = yaml.safe_load(read.decode("utf-8-sig"))  # as Hydra reads it, by YAML 1.1
+    except (ValueError, yaml.YAMLError) as error:
         raise SettingError(
             f"{path}: expected a YAML file, could not read it ({' '.join(str(error).split())})"
         ) from error
     if not isinstance(found or {}, dict):
         raise SettingError(f"{path}: expected setting: value, got {type(found).__name__}")
+    require_shape(found or {}, path)
     return found or {}
 
 
 def require_experiments(paths: Sequence[Path]) -> None:
     """Raise `SettingError` with the file's name where one cannot be read, or is an experiment that says nothing of the whole."""
     for path in paths:
-        content(path)
-        if path.parent.name == EXPERIMENT and not PACKAGE.search(path.read_text(encoding="utf-8")):
+        _require_file(path, ())
+
+
+def _require_file(path: Path, above: tuple[Path, ...]) -> None:
+    """Check one file and the files of its folder that it includes; `above` holds the files that include it."""
+    if path in above:
+        raise SettingError(f"{path}: expected defaults that end, got a file that includes itself; leave it out")
+    said = content(path)
+    if path.parent.name == EXPERIMENT:
+        packages = PACKAGE.findall(path.read_text(encoding="utf-8-sig"))
+        if not packages:
             raise SettingError(
-                f"{path}: expected '# @package _global_' as its first line, without which it sets nothing"
+                f"{path}: expected '# @package {GLOBAL}' as its first line, without which it sets nothing"
             )
+        if packages != [GLOBAL]:
+            raise SettingError(f"{path}: expected '# @package {GLOBAL}' once, got {', '.join(packages)}")
+    for name in included(said):
+        if (beside := path.parent / f"{name}.yaml").is_file():
+            _require_file(beside, (*above, path))
 
 
-def with_file(error: SettingError, paths: Sequence[Path], words: Sequence[str]) -> SettingError:
-    """An error with the name of the user's own file in front that has the setting which it is about, if the words do not."""
-    key = INCLUDED.get(error.setting, error.setting)
-    if not key or key in [choice.key for choice in settings_of(words)]:
+def with_file(
+    error: SettingError, paths: Sequence[Path], words: Sequence[str], is_composed: bool = False
+) -> SettingError:
+    """An error with the name of the user's own file in front that has the setting which it is about, if the words do not.
+    `is_composed`: the error arose while files and words were put together."""
+    key = _key(error)
+    own = [path for path in paths if not path.is_relative_to(CONF) and not str(error).startswith(str(path))]
+    if not own or any(_is_about(error, key, choice) for choice in settings_of(words)):
         return error
-    own = [path for path in paths if not path.is_relative_to(CONF) and key in _keys(content(path))]
-    return error.within(own[0]) if own else error
+    naming = [path for path in own if key and any(_is_meant(key, each) for each in _keys(content(path)))]
+    if not naming and not is_composed:
+        return error
+    return error.within((naming or own)[0])
+
+
+def _key(error: SettingError) -> str:
+    """The setting that an error is about, or the group of the plugin; '' if it does not say."""
+    if not error.setting and (found := OF_PLUGIN.match(str(error))) and found[1] in GROUPS:
+        return found[1]
+    return INDEX.sub("", INCLUDED.get(error.setting, error.setting))
+
+
+def _is_about(error: SettingError, key: str, choice: Choice) -> bool:
+    """Whether an error is about what a word says: its setting, unless its value is another one than the error quotes."""
+    if choice.key.partition(".")[0] == key and key in GROUPS:
+        return True
+    return choice.key == key and (
+        " got '" not in str(error) or any(f"'{each}'" in str(error) for each in choice.values)
+    )
+
+
+def _is_meant(key: str, said: str) -> bool:
+    """Whether a key of a file sets a setting: `standard.optimizer.population` sets `optimizer.population`, `override /optimizer` a
+    plugin."""
+    return said == key or said.endswith((f".{key}", f"/{key}"))
 
 
 def _keys(said: Any, above: str = "") -> Iterator[str]:

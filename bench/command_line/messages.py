@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 import re
+import traceback
 from collections.abc import Iterable
 
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from omegaconf import Container, OmegaConf
-from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException, ValidationError
+from omegaconf.errors import (
+    ConfigAttributeError,
+    ConfigKeyError,
+    GrammarParseError,
+    InterpolationResolutionError,
+    OmegaConfBaseException,
+    ValidationError,
+)
 
 from bench.command_line.corrected_command import in_brackets
 from bench.command_line.plugin_settings import unknown_key
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import SettingError, shortened, unknown
+from ksmea.plugins.files import OURS
 from ksmea.plugins.registry import GROUPS
 
 USER_ERRORS = (HydraException, OmegaConfBaseException)
+LIBRARIES = ("hydra", "omegaconf", "yaml", "antlr4")
+FULL_KEY = re.compile(r"^ *full_key: (\S+)$", re.MULTILINE)
+COMPOSING = re.compile(r"^In '[^']*': (\w+ raised while composing config:)?\s*")
+LONGEST = 200  # characters of a library's own words
 
 EXPECTED = {
     "Integer": "a whole number",
@@ -36,14 +49,43 @@ def in_our_words(error: BaseException) -> SettingError:
                 f"{cause.override}: expected setting=value, for lists setting=a,b; check quotes and brackets, and put a name"
                 f""" with special characters into two pairs of quotes: {key}='"a=(b).csv"'"""
             )
+        if isinstance(cause, InterpolationResolutionError):
+            return _leads_nowhere(error, str(cause))
+        if isinstance(cause, GrammarParseError):
+            return SettingError("expected ${setting} with both brackets, got one that is not closed; close it")
         if isinstance(cause, ValidationError) and cause.full_key:
             return _wrong_type(cause)
         if isinstance(cause, (ConfigAttributeError, ConfigKeyError)):
             return _unknown_setting(cause)
-    text = str(error)
+    text = COMPOSING.sub("", str(error))
     if found := re.search(r"Could not override '([^']+)'", text):  # a group, or a path below one, that does not exist
         return unknown_key(found[1], GROUPS)
-    return SettingError(" ".join(text.split()))
+    return SettingError(
+        shortened(text, LONGEST)
+        if isinstance(error, USER_ERRORS)
+        else f"expected settings that Hydra takes, got {_said_by(error)}"
+    )
+
+
+def arose_in_hydra(error: BaseException) -> bool:
+    """Whether an error arose inside the libraries that compose a configuration, and not in this project or a plugin."""
+    modules = [frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_tb(error.__traceback__)]
+    tops = [module.partition(".")[0] for module in modules]
+    return next((top for top in reversed(tops) if top in (*LIBRARIES, *OURS, "hydra_plugins")), "") in LIBRARIES
+
+
+def _said_by(error: BaseException) -> str:
+    return shortened(f"{type(error).__name__}: {error}", LONGEST)
+
+
+def _leads_nowhere(error: BaseException, said: str) -> SettingError:
+    """The error of a ${…} without a value; the outer ones of its chain know the setting."""
+    keys = [found[1] for each in _causes(error) if (found := FULL_KEY.search(str(each)))]
+    return SettingError(
+        "expected ${…} that leads to a setting or a variable (${oc.env:NAME}), got one that does not:"
+        f" {shortened(said.splitlines()[0], LONGEST)}",
+        setting=keys[0] if keys else "",
+    )
 
 
 def _causes(error: BaseException) -> Iterable[BaseException]:

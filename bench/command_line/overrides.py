@@ -33,6 +33,7 @@ from ksmea.plugins import registry
 
 ALONE, END = "tag(alone,choice([", "]))"  # around the one value of a word that Hydra is to leave to the sweeper
 TAG = "alone"
+MOST_VALUES = 1_000_000  # of a range
 PLAIN = re.compile(r"[\w./-]+")  # a path that needs no quotes in Hydra's grammar
 
 
@@ -131,11 +132,17 @@ def _steps(key: str, steps: RangeSweep, override: Override) -> tuple[Any, ...]:
     if steps.step == 0:
         raise SettingError(f"expected a step other than 0, got {_given(override)}", setting=key)
     numbers = steps.range()
-    return tuple(
-        numbers
-        if isinstance(numbers, range)
-        else FloatRange(*(Decimal(str(each)) for each in (steps.start, steps.stop, steps.step)))
-    )
+    bounds = [Decimal(str(each)) for each in (steps.start, steps.stop, steps.step)]
+    if not all(each.is_finite() for each in bounds):
+        raise SettingError(f"expected finite numbers from, to and step, got {_given(override)}", setting=key)
+    start, stop, step = bounds
+    n = len(numbers) if isinstance(numbers, range) else int((stop - start) / step)
+    if n > MOST_VALUES:
+        raise SettingError(
+            f"expected at most {MOST_VALUES} values, got {_given(override)} with {n}; give a larger step",
+            setting=key,
+        )
+    return tuple(numbers if isinstance(numbers, range) else FloatRange(*bounds))
 
 
 def _given(override: Override) -> str:

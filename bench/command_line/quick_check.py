@@ -16,7 +16,7 @@ from bench.command_line.grid import LABEL
 from bench.command_line.plugin_settings import plugin_setting, unknown_key
 from bench.command_line.source_settings import source_settings
 from bench.command_line.word_shapes import joined_options, require_shape
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import SettingError, shortened, unknown
 from ksmea.plugins.names import GROUPS, registered
 
 PLAIN = re.compile(r"[^\s'\"\[\]{}()$\\=,]+")  # a value without signs of Hydra's grammar
@@ -35,12 +35,28 @@ def looked_at(words: Sequence[str], commands: Collection[str]) -> list[str]:
     """The words, the values of options joined to them; `SettingError` for what is certainly wrong."""
     joined = joined_options(words)
     require_shape(joined, commands)
+    _require_once(joined)
     said = _said(joined)
     for key, value in said.items():
         _require_known(key, value)
     if not names_folders(joined) and "plugins" not in said:  # which bring experiments and plugins of their own
         _require_names(said)
     return joined
+
+
+def _require_once(words: Sequence[str]) -> None:
+    """Raise `SettingError` if two arguments set one setting: the first would be dropped in silence."""
+    keys: dict[str, str] = {}
+    for word in words:
+        key, sign, _ = word.lstrip("+").partition("=")
+        if sign and not word.startswith(("-", "~")) and keys.setdefault(key, word) != word:
+            is_mapping = "{" in word or "[" in word
+            meant = None if is_mapping else [each for each in words if each != keys[key]]
+            raise SettingError(
+                f"expected one value, got {shortened(keys[key])} and {shortened(word)}; put both into one, or leave one out",
+                setting=key,
+                meant=meant,
+            )
 
 
 def _said(words: Sequence[str]) -> dict[str, str]:

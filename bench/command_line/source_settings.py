@@ -10,10 +10,9 @@ import ast
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.machinery import PathFinder
-from importlib.util import find_spec
 from pathlib import Path
 
+from ksmea.plugins.module_files import source_file
 from ksmea.plugins.names import registered
 
 Names = tuple[str, ...]
@@ -135,11 +134,7 @@ def _tree(module: str) -> ast.Module:
 
 def _source(module: str) -> Path:
     """The file of a module, found without importing the packages that it lies in."""
-    top, *below = module.split(".")
-    spec = find_spec(top)
-    for number in range(len(below)):
-        places = None if spec is None else spec.submodule_search_locations
-        spec = PathFinder.find_spec(".".join([top, *below[: number + 1]]), places) if places else None
-    if spec is None or not spec.origin or not spec.origin.endswith(".py"):
+    found = source_file(module)
+    if found is None:
         raise LookupError(module)
-    return Path(spec.origin)
+    return found

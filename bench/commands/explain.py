@@ -10,10 +10,14 @@ from bench.commands.folders import folders
 from bench.jobs.lines import SCHEMA, Ended, SessionLine
 from bench.jobs.processors import processor
 from bench.jobs.records import read_lines, read_records
+from bench.plan.naming import place_text
 from bench.plan.outside import is_distribution, is_file
 from bench.plan.plan import PLAN_FILE, Plan, Run, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError, shortened, visible_lines
+
+MOST_ATTEMPTS = 20
+LONGEST, LONGEST_TRACEBACK = 2000, 20_000  # characters that are shown
 
 
 def explain(words: list[str]) -> int:
@@ -43,7 +47,7 @@ def explain(words: list[str]) -> int:
 
 def _explanation(plan: Plan, run: Run, folder: Path) -> str:
     cell = plan.cells[run.cell]
-    place = ", ".join(f"{axis}={value}" for axis, value in cell.place.items())
+    place = ", ".join(f"{axis}={place_text(value)}" for axis, value in cell.place.items())
     try:
         used: Mapping[str, str] = used_modules(cell.settings, plan.plugins)
         changed = _what_changed_since_the_plan(plan, cell.code, used)
@@ -59,18 +63,32 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
         lines += _why_stale(plan, run, folder, used) or ["missing: no attempt was made"]
     else:
         done_on = processor(last)
-        lines.append(f"{last.status}{': ' + last.error if last.error else ''}{f' on {done_on}' if done_on else ''}")
+        why = _beginning(last.error)
+        lines.append(f"{_beginning(last.status)}{': ' + why if why else ''}{f' on {done_on}' if done_on else ''}")
         if last.traceback:
-            lines.append(last.traceback.rstrip())
+            lines.append(_end(last.traceback.rstrip()))
         if len(attempts) > 1:
-            lines.append(f"{len(attempts)} attempts: {', '.join(attempts)}")
+            lines.append(f"{len(attempts)} attempts: {', '.join(map(_beginning, attempts[-MOST_ATTEMPTS:]))}")
         if last.taken_from:
-            lines.append(f"taken over from {last.taken_from}")
+            lines.append(_beginning(f"taken over from {last.taken_from}"))
     lines += changed
     return "\n".join(lines)
 
 
+def _beginning(text: str) -> str:
+    return text if len(text) <= LONGEST else text[:LONGEST] + "…"
+
+
+def _end(text: str) -> str:
+    """The last lines of a traceback, which say what was wrong."""
+    return text if len(text) <= LONGEST_TRACEBACK else "…" + text[-LONGEST_TRACEBACK:]
+
+
 def _in_words(settings: Any) -> str:
+    return _beginning(_said(settings))
+
+
+def _said(settings: Any) -> str:
     if not isinstance(settings, Mapping):
         return "makes no difference" if settings is None else str(settings)
     return ", ".join(

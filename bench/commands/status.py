@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,10 +14,12 @@ from bench.jobs.records import INTERRUPTED, RUNNING, damage_notes, read_records
 from bench.jobs.submitted import job_states
 from bench.plan.plan import Plan, Run, answered_by, key_of, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
-from ksmea.errors import SettingError, visible
+from ksmea.errors import SettingError, shortened, visible
 
-NOT_ENDED = (RUNNING, INTERRUPTED, "stale", "missing")  # states of runs without a result
+UNKNOWN = "unknown"  # whether a result is stale cannot be said
+NOT_ENDED = (RUNNING, INTERRUPTED, "stale", UNKNOWN, "missing")  # states of runs without a result that counts
 WHY = {"stale": "answered by other code or libraries", INTERRUPTED: "the same command does them again"}
+LONGEST = 1000  # characters of a note
 WIDTH = len(INTERRUPTED)  # of labels
 
 
@@ -44,7 +45,7 @@ def _status(output: Path) -> int:
     damaged: Counter[Path] = Counter()
     records = read_records(output, facts, plan, damaged)
     answered = {each.question for each in records.values() if each.state in RESULTS}
-    answering = _answering(plan)
+    answering, untold = _answering(plan)
     counts = Counter(_state(run, answering, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
     n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, *NOT_ENDED))
@@ -55,29 +56,34 @@ def _status(output: Path) -> int:
         **{state: counts[state] for state in (RUNNING, INTERRUPTED) if counts[state]},
         "failed": n_failed,
         "stale": counts["stale"],
+        **({UNKNOWN: counts[UNKNOWN]} if counts[UNKNOWN] else {}),
         "missing": counts["missing"],
     }
     for label, count in counted.items():
-        reasons = _reasons(counts, label)
-        print(f"{label:>{WIDTH}} {count:6d}{f'  ({reasons})' if reasons else ''}")
+        reasons = "; ".join(untold) if label == UNKNOWN else _reasons(counts, label)
+        print(visible(f"{label:>{WIDTH}} {count:6d}{f'  ({reasons})' if reasons else ''}"))
     if submitted := job_states(output):
-        counted_states = Counter(submitted.values()).most_common()
+        counted_states = Counter(shortened(state, LONGEST) for state in submitted.values()).most_common()
         print(visible(f"{'jobs':>{WIDTH}} " + "; ".join(f"{count:6d} {state}" for state, count in counted_states)))
     known = {key: each.processor for key, each in records.items()}
     if mixed := mixed_processors(counted_processors(known, plan)):
         print(visible(f"note: {mixed}"))
     for note in (*plan.notes, *damage_notes(damaged)):
-        print(visible(f"note: {note}"))
+        print(visible(f"note: {shortened(note, LONGEST)}"))
     return 0 if n_done == len(plan.runs) else 1
 
 
-def _answering(plan: Plan) -> dict[int, str]:
-    """By cell, the digest of the code and libraries that would answer now; none of a plugin that is not here to tell."""
-    found = {}
+def _answering(plan: Plan) -> tuple[dict[int, str], list[str]]:
+    """By cell, the digest of the code and libraries that would answer now; and why there is none for other cells: a plugin is not
+    installed, or two packages register its name."""
+    found: dict[int, str] = {}
+    untold: dict[str, None] = {}
     for index, cell in enumerate(plan.cells):
-        with suppress(SettingError):
+        try:
             found[index] = answered_by(code_digest(used_modules(cell.settings, plan.plugins)), library_versions())
-    return found
+        except SettingError as error:
+            untold[shortened(str(error), LONGEST)] = None
+    return found, list(untold)
 
 
 def _state(run: Run, answering: Mapping[int, str], records: Mapping[str, _RunFacts], answered: set[str]) -> str:
@@ -85,7 +91,7 @@ def _state(run: Run, answering: Mapping[int, str], records: Mapping[str, _RunFac
     state = records[run.key].state if run.key in records else None
     if state in RESULTS:
         now = answering.get(run.cell)
-        return state if now is None or run.key == key_of(run.question, now) else "stale"
+        return UNKNOWN if now is None else state if run.key == key_of(run.question, now) else "stale"
     return state or ("stale" if run.question in answered else "missing")
 
 

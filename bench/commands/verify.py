@@ -27,7 +27,7 @@ import pandas as pd
 from bench.commands.reference import read_reference
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
-from bench.jobs.pool import Limits, Task, run_tasks
+from bench.jobs.pool import Given, Limits, Task, run_tasks
 from bench.jobs.progress import progress_bar
 from bench.jobs.records import RecordWriter
 from bench.jobs.work import own_modules
@@ -95,7 +95,7 @@ def _study_differences(plan: Plan, options: dict[str, Any], tolerance: float) ->
     repetitions = int(were[f"{name}.runs.csv"]["repetition"].max()) + 1
     asked = min(options["repetitions"] or repetitions, repetitions)
     plan = dataclasses.replace(plan, runs=all_runs(plan.cells, asked, plan.versions))
-    tasks = [(run, (plan.cells[run.cell].settings, plan.seeds(run))) for run in plan.runs]
+    tasks = [Given(run, (plan.cells[run.cell].settings, plan.seeds(run))) for run in plan.runs]
     with TemporaryDirectory() as folder, RecordWriter(Path(folder), 0, plan) as writer:
         for run, record in _executed(plan, tasks, options["workers"]):
             writer.result(run, record)
@@ -140,15 +140,13 @@ def _options(words: list[str]) -> dict[str, Any]:
 def _recomputed(plan: Plan, reference: pd.DataFrame, workers: int | None) -> dict[str, dict[str, float]]:
     """Identified values of the reference's runs in the units of the table, computed now, by key; none where a run failed."""
     tasks = [
-        (row.key, (plan.cells[row.cell].settings, component_seeds(row.seed, row.repetition)))
+        Given(row.key, (plan.cells[row.cell].settings, component_seeds(row.seed, row.repetition)))
         for row in reference.itertuples()
     ]
     return {key: _identified(record) for key, record in _executed(plan, tasks, workers)}
 
 
-def _executed(
-    plan: Plan, tasks: Sequence[tuple[Task, tuple[Any, ...]]], workers: int | None
-) -> Iterator[tuple[Task, dict[str, Any]]]:
+def _executed(plan: Plan, tasks: Sequence[Given[Task]], workers: int | None) -> Iterator[tuple[Task, dict[str, Any]]]:
     """Each task with the record of its run, in the order in which they end."""
     n_worker = min(workers or available_cores(), len(tasks))
     with progress_bar(f"verify {plan.name}", len(tasks)) as bar:

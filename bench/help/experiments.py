@@ -8,14 +8,14 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from bench.command_line.bench_settings import bench_fields, default_plugins
-from bench.command_line.grid import grid_blocks, grid_points
+from bench.command_line.config_files import content
+from bench.command_line.grid import Block, grid_axes, grid_blocks, grid_points, n_point
 from bench.storage.own_files import REFERENCE
 
 OVERRIDE = re.compile(r"override /(\w+)")
 APART = ("defaults", "name", "grid", "add", "cross", "includes", "output")  # are told otherwise
+MOST_CELLS = 10_000
 MOST_AXES = 12  # values of an axis that are listed
 OF_FIGURES = {
     "updates": "{name}_updates.png",
@@ -27,8 +27,8 @@ OF_FIGURES = {
 
 def experiment_text(name: str, path: Path) -> str:
     """An experiment's page."""
-    text = path.read_text(encoding="utf-8")
-    said: dict[str, Any] = yaml.safe_load(text) or {}
+    said = content(path)
+    text = path.read_text(encoding="utf-8-sig")
     lines = [f"+experiment={name}", *(f"  {line}" for line in _remark(text)), ""]
     lines.append(f"  run it:    python -m bench +experiment={name}")
     if included := said.get("includes"):
@@ -82,20 +82,23 @@ def _word(value: Any) -> str:
     return "null" if value is None else str(value)
 
 
-def _points(said: Mapping[str, Any]) -> list[dict[str, Any]]:
-    blocks = grid_blocks(said.get("grid", ()), said.get("add", ()), said.get("cross", ()))
-    return grid_points(blocks, {}, set())
+def _blocks(said: Mapping[str, Any]) -> list[Block]:
+    return grid_blocks(said.get("grid", ()), said.get("add", ()), said.get("cross", ()))
+
+
+def _n_cell(said: Mapping[str, Any]) -> int:
+    """Cells of the grid, each once unless there are too many to look at."""
+    n = n_point(blocks := _blocks(said), {}, set())
+    return n if n > MOST_CELLS else len(grid_points(blocks, {}, set()))
 
 
 def _grid(said: Mapping[str, Any]) -> Iterator[str]:
     """The axes of the grid, each with its values."""
     values: dict[str, list[str]] = {}
-    for point in _points(said):
-        for key, value in point.items():
-            listed = values.setdefault(key, [])
-            if (word := _word(value)) not in listed:
-                listed.append(word)
-    for key, listed in values.items():
+    for axes in grid_axes(_blocks(said), {}, set()):
+        for key, each in axes.items():
+            values.setdefault(key, []).extend(map(_word, each))
+    for key, listed in ((key, list(dict.fromkeys(words))) for key, words in values.items()):
         more = f" … ({len(listed)} values)" if len(listed) > MOST_AXES else ""
         yield f"{key}: {', '.join(listed[:MOST_AXES])}{more}"
 
@@ -104,9 +107,13 @@ def _cost(name: str, said: Mapping[str, Any]) -> str:
     """How many runs, and what those of the reference took."""
     if said.get("table") == "settings":
         return "nothing is run"
-    n_cell = len(_points(said))
+    n_cell = _n_cell(said)
     repetitions = said.get("repetitions", bench_fields()["repetitions"].default)
-    runs = f"{_counted(n_cell * int(repetitions), 'run')} ({_counted(n_cell, 'cell')} × {_counted(int(repetitions), 'repetition')})"
+    if not isinstance(repetitions, int):
+        return f"{_counted(n_cell, 'cell')}, repetitions: {_word(repetitions)}"
+    runs = (
+        f"{_counted(n_cell * repetitions, 'run')} ({_counted(n_cell, 'cell')} × {_counted(repetitions, 'repetition')})"
+    )
     measured = _measured(REFERENCE / f"{name}.runs.csv")
     return f"{runs}{f'; {measured}' if measured else ''}"
 

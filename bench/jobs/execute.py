@@ -17,6 +17,7 @@ from bench.plan.study import Study
 from ksmea.numerics.isolation import global_generators
 from ksmea.plugins import registry
 
+LONGEST_MESSAGE, LONGEST_TRACEBACK = 10_000, 100_000  # characters that a record keeps of an error
 NO_FILES: Mapping[str, Mapping[str, str]] = MappingProxyType({})
 
 
@@ -51,5 +52,12 @@ def execute(
                     seeded.enter_context(each.seeded(int(shared.integers(2**32))))
             record = study.run(setup, Draw(seeds, journal, with_curves, with_progress, workers))
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
-        record = FailedRun("error", f"{type(error).__name__}: {error}", traceback.format_exc()).to_data()
+        record = _failed(error).to_data()
     return {**record, "elapsed": time.perf_counter() - started}
+
+
+def _failed(error: BaseException) -> FailedRun:
+    """A run without a result: the beginning of its message, and the end of its traceback, which names the error."""
+    message = f"{type(error).__name__}: {error}"
+    cut = message if len(message) <= LONGEST_MESSAGE else message[:LONGEST_MESSAGE] + "…"
+    return FailedRun("error", cut, traceback.format_exc()[-LONGEST_TRACEBACK:])

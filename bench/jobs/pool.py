@@ -14,16 +14,19 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from multiprocessing.util import register_after_fork
 from types import FrameType, ModuleType
 from typing import Any, Generic, TypeVar
 
 from threadpoolctl import threadpool_limits
 
 from bench.jobs.lines import FailedRun
+from bench.jobs.processes import descendants
+from ksmea.errors import SettingError
 
 Task = TypeVar("Task")
 
@@ -36,6 +39,10 @@ LOOK = 0.5  # s after which the caller is asked in `meanwhile`, whatever workers
 # this time, s, before it says so. 255 is what is known of a worker whose server was killed before it.
 KILLED = (-signal.SIGKILL, 255)
 GRACE = 0.5
+FILES_OF_WORKER, SPARE_FILES = (
+    3,
+    16,
+)  # pipes and sentinel of a worker; records, logs and modules that are read meanwhile
 BEGINS = None  # what a worker says before it begins a task
 
 
@@ -58,11 +65,22 @@ class Limits:
     memory: int | None = None
 
 
+@dataclass(frozen=True)
+class Given(Generic[Task]):
+    """A task, the arguments of the function, and what names the plugins from outside that it runs: it shares no worker with tasks that
+    run others, since nobody knows what these have changed in their process."""
+
+    task: Task
+    arguments: tuple[Any, ...]
+    outside: str = ""
+
+
 @dataclass
 class _Worker(Generic[Task]):
     process: BaseProcess
     connection: Connection
     task: Task | None = None
+    outside: str = ""  # plugins from outside that it has run: it is not used for runs with others
     number: int = 0  # of the tasks that it was given, that of the last one
     deadline: float | None = None
 
@@ -73,16 +91,32 @@ class _Worker(Generic[Task]):
         return self.process.is_alive() and not self.connection.closed
 
 
+def require_files(workers: int) -> None:
+    """Raise `SettingError` if this process may not open the files that so many workers take."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    try:
+        n_open = len(os.listdir("/proc/self/fd"))
+    except OSError:
+        return
+    most = (limit - n_open - SPARE_FILES) // FILES_OF_WORKER
+    if limit != resource.RLIM_INFINITY and workers > most:
+        raise SettingError(
+            f"expected fewer workers with at most {limit} open files (ulimit -n), got {workers}; give workers={max(most, 1)}, or raise"
+            " the limit",
+            setting="workers",
+        )
+
+
 def run_tasks(
     function: Callable[..., dict[str, Any]],
-    tasks: Iterable[tuple[Task, tuple[Any, ...]] | None],
+    tasks: Iterable[Given[Task] | None],
     workers: int,
     limits: Limits,
     on_start: Callable[[Task], None],
     preload: Iterable[str] = (),
     meanwhile: Callable[[], None] = lambda: None,
 ) -> Iterator[tuple[Task, dict[str, Any]]]:
-    """`function(*arguments)` for every (task, arguments), as results come: (task, what the function returned).
+    """Yield each task with the result of `function(*arguments)`, as results come.
 
     A None among the tasks says that there is none now, and that the next is to be asked for later. `meanwhile` is called at
     least once in `LOOK` seconds. `preload` names modules that workers find loaded. A task whose worker died or was stopped has the data of a `FailedRun`,
@@ -112,7 +146,7 @@ def run_tasks(
 
 
 def _hand_out(
-    waiting: Iterator[tuple[Task, tuple[Any, ...]] | None],
+    waiting: Iterator[Given[Task] | None],
     pool: list[_Worker[Task]],
     workers: int,
     function: Callable[..., dict[str, Any]],
@@ -122,8 +156,7 @@ def _hand_out(
     """A task for every idle worker, and new workers up to the number wanted while there are tasks; whether there are no
     more."""
     while True:
-        idle = next((worker for worker in pool if not worker.is_busy()), None)
-        if idle is None and len(pool) >= workers:
+        if sum(worker.is_busy() for worker in pool) >= workers:
             return False
         try:
             following = next(waiting)
@@ -131,18 +164,32 @@ def _hand_out(
             return True
         if following is None:
             return False
-        if idle is None:
-            idle = _new_worker(function, limits)
-            pool.append(idle)
-        task, arguments = following
-        on_start(task)
-        idle.task = task
-        idle.number += 1
-        idle.deadline = None
+        worker = _worker_for(following.outside, pool, workers, function, limits)
+        on_start(following.task)
+        worker.task = following.task
+        worker.outside = following.outside
+        worker.number += 1
+        worker.deadline = None
         try:
-            idle.connection.send((idle.number, arguments))
+            worker.connection.send((worker.number, following.arguments))
         except OSError:
             pass  # it has died in the meantime: the pipe says so below
+
+
+def _worker_for(
+    outside: str, pool: list[_Worker[Task]], workers: int, function: Callable[..., dict[str, Any]], limits: Limits
+) -> _Worker[Task]:
+    """An idle worker that has run these plugins from outside, or none; else a new one. As many may be idle as work."""
+    idle = [worker for worker in pool if not worker.is_busy()]
+    fitting = [worker for worker in idle if worker.outside in (outside, "")]
+    if fitting:
+        return max(fitting, key=lambda worker: worker.outside == outside)
+    if len(idle) >= workers:
+        _stop(idle[0])
+        pool.remove(idle[0])
+    worker: _Worker[Task] = _new_worker(function, limits)
+    pool.append(worker)
+    return worker
 
 
 def _new_worker(function: Callable[..., dict[str, Any]], limits: Limits) -> _Worker[Task]:
@@ -214,13 +261,24 @@ def _ending(exitcode: int | None) -> str:
 
 
 def _stop(worker: _Worker[Task]) -> None:
+    """End a worker, and what runs of plugins from outside have started in it."""
+    children = descendants(worker.process.pid) if worker.outside and worker.process.pid else []
     worker.process.kill()
+    for child in children:
+        with suppress(ProcessLookupError, PermissionError):
+            os.kill(child, signal.SIGKILL)
     worker.process.join()
     worker.connection.close()
 
 
 def _let_the_parent_decide(number: int, frame: FrameType | None) -> None:
     pass
+
+
+def _end_if_asked() -> None:
+    """Processes that a library starts within a run end as it asks them to: `Pool.terminate` waits for that."""
+    for asking in ASKING:
+        signal.signal(asking, signal.SIG_DFL)
 
 
 def _end_with_the_job() -> None:
@@ -236,6 +294,8 @@ def _serve(connection: Connection, function: Callable[..., dict[str, Any]], memo
     """A worker's life: task after task, until the other end of the pipe is gone."""
     threading.Thread(target=_end_with_the_job, daemon=True).start()
     multiprocessing.set_start_method(None, force=True)  # as in any other process, a run may choose one
+    multiprocessing.current_process().daemon = False  # libraries of a plugin may start processes of their own
+    register_after_fork(_let_the_parent_decide, lambda _: _end_if_asked())
     threadpool_limits(1)  # sums in another order differ in the last digits, and the cores belong to the workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent alone decides
     for asking in ASKING:

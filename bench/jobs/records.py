@@ -6,6 +6,7 @@ A line that is no record, torn by a killed writer or damaged since, is skipped a
 from __future__ import annotations
 
 import os
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
@@ -17,10 +18,11 @@ import msgspec
 
 from bench.jobs.lines import RESULTS, SCHEMA, Ended, Line, RunLine, SessionLine, Started, line_text, read_line
 from bench.jobs.presence import numbers_at_work
-from bench.plan.plan import Plan, Run
+from bench.plan.plan import Cell, Plan, Run
 from bench.plan.provenance import platform_name
 from bench.storage.files import exclusive, is_held
 from ksmea.plugins import registry
+from ksmea.plugins.files import OURS
 from ksmea.records.record import Record
 from ksmea.settings.regular_files import open_regular
 
@@ -135,13 +137,20 @@ def finished_keys(output: Path, plan: Plan | None = None) -> set[str]:
 
 
 def record_types(plan: Plan) -> dict[str, type[Record]]:
-    """The type of record that the study of each planned run finds, by the run's key."""
+    """The type of record that the study of each planned run finds, by the run's key. A study of another package is not imported because
+    a folder names it: unless this process has loaded it, any record of it is one."""
     of_cell = []
     for cell in plan.cells:
         named = cell.settings.get("study") is not None  # plans older than studies name none
-        study = registry.plugin_class("study", cell.chosen("study")) if named else None
+        study = registry.plugin_class("study", cell.chosen("study")) if named and _is_loaded(cell) else None
         of_cell.append(getattr(study, "record", Record))
     return {run.key: of_cell[run.cell] for run in plan.runs}
+
+
+def _is_loaded(cell: Cell) -> bool:
+    """Whether the study of a cell is one of this project, of none at all, or loaded."""
+    point = registry.registered("study").get(cell.chosen("study"))
+    return point is None or point.module.partition(".")[0] in OURS or point.module in sys.modules
 
 
 def running_sessions(output: Path) -> set[str]:

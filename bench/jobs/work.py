@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,18 +14,20 @@ from bench.jobs.claims import Claims, are_offered
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
 from bench.jobs.planned_code import planned_plugins, require_planned_code
-from bench.jobs.pool import Limits, run_tasks
+from bench.jobs.pool import Given, Limits, require_files, run_tasks
 from bench.jobs.presence import Presence, TakenForDead, at_work
-from bench.jobs.progress import experiment_log, progress_bar
+from bench.jobs.progress import Progress, experiment_log, progress_bar
 from bench.jobs.records import RecordWriter, finished_keys
+from bench.plan.naming import place_text
 from bench.plan.plan import Plan, Run, read_plan
-from bench.plan.provenance import platform_name
-from ksmea.errors import visible
+from bench.plan.provenance import mentions, outside_plugins, platform_name
+from ksmea.errors import shortened, visible
 from ksmea.numerics.parallel import available_cores
 from ksmea.plugins.files import OURS
 
 JOURNALS = "journals"
 GIGABYTE = 2**30
+LONGEST_REASON = 500  # characters of a log line
 SLOW_TO_IMPORT = ("scipy.stats",)  # imported where it is first used, which would be in each worker
 
 
@@ -58,6 +59,7 @@ def work(job: Job) -> None:
             return
         n_core = job.workers or available_cores()
         n_worker = min(n_core, len(claims.todo))
+        require_files(n_worker)
         with (
             RecordWriter(job.output, presence.number, plan) as writer,
             experiment_log(job.output, plan.name, presence.number) as log,
@@ -69,7 +71,7 @@ def work(job: Job) -> None:
                 preload = own_modules(plan)
                 tasks = queue.tasks()
                 for run, record in run_tasks(
-                    execute, tasks, n_worker, job.limits, writer.started, preload, queue.look_around
+                    execute, tasks, n_worker, job.limits, writer.started, preload, looked_around(queue, bar)
                 ):
                     writer.result(run, record)
                     queue.ended(run)
@@ -79,8 +81,18 @@ def work(job: Job) -> None:
                     line = _log_line(plan, run, record)
                     log.info("%s", line)
                     if is_verbose():
-                        bar.write(visible(line), file=sys.stderr)
+                        bar.tell(visible(line))
             log.info("job ended")
+
+
+def looked_around(queue: _Queue, bar: Progress) -> Callable[[], None]:
+    """Return the function that is called every half second while workers are at work."""
+
+    def look_around() -> None:
+        queue.look_around()
+        bar.tick()
+
+    return look_around
 
 
 class _Queue:
@@ -91,6 +103,7 @@ class _Queue:
         self._n_worker, self._n_per_run = n_worker, n_per_run
         self._runs = {run.key: run for run in plan.runs}
         self._plugins = planned_plugins(plan)
+        self._of_cells: dict[int, tuple[dict[str, dict[str, str]], str]] = {}
         self._waiting: deque[str] = deque()
         self._began = time.monotonic()
         self._n_ended = 0
@@ -102,7 +115,7 @@ class _Queue:
         if exception_type is None or not issubclass(exception_type, TakenForDead):
             self._claims.release([*self._waiting])
 
-    def tasks(self) -> Iterator[tuple[Run, tuple[Any, ...]] | None]:
+    def tasks(self) -> Iterator[Given[Run] | None]:
         """Run after run, claimed as they are needed; None while others may yet give some back."""
         while True:
             while not self._waiting:
@@ -112,7 +125,19 @@ class _Queue:
                     yield None
             run = self._runs[self._waiting.popleft()]
             shows_itself = len(self._claims.todo) == 1 and not is_quiet()
-            yield run, (*_arguments(self._plan, run, self._job), shows_itself, self._plugins, self._n_per_run)
+            plugins, outside = self._of_cell(run.cell)
+            arguments = (*_arguments(self._plan, run, self._job), shows_itself, plugins, self._n_per_run)
+            yield Given(run, arguments, outside)
+
+    def _of_cell(self, cell: int) -> tuple[dict[str, dict[str, str]], str]:
+        """The plain files that a cell's runs load, and what names all their plugins from outside: a file that a run does not name is not
+        imported for it."""
+        if cell not in self._of_cells:
+            settings = self._plan.cells[cell].settings
+            files = {self._plan.plugins[word] for word in self._plan.plugins if mentions(settings, word)}
+            outside = " ".join([*outside_plugins(settings), *sorted(files)])
+            self._of_cells[cell] = {path: each for path, each in self._plugins.items() if path in files}, outside
+        return self._of_cells[cell]
 
     def _claim(self) -> bool:
         """Claim more runs; whether there were any."""
@@ -161,6 +186,6 @@ def _journal(run: Run, job: Job) -> Path:
 
 
 def _log_line(plan: Plan, run: Run, record: dict[str, Any]) -> str:
-    place = " ".join(f"{axis}={value}" for axis, value in plan.cells[run.cell].place.items())
+    place = " ".join(f"{axis}={place_text(value)}" for axis, value in plan.cells[run.cell].place.items())
     ending = f"{record['status']} after {record['elapsed']:.3f} s" if "elapsed" in record else record["status"]
-    return f"run {run.key} ({place} repetition={run.repetition}) {ending} {record.get('error', '')}".rstrip()
+    return f"run {run.key} ({place} repetition={run.repetition}) {ending} {shortened(str(record.get('error', '')), LONGEST_REASON)}".rstrip()

@@ -16,10 +16,11 @@ from hydra.core.override_parser.types import OverrideType
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf, open_dict
 
-from bench.command_line.grid import Block, grid_blocks, labelled, listed
+from bench.command_line.grid import Block, each_once, grid_blocks, labelled, listed
 from bench.command_line.overrides import Choice, override
 from bench.command_line.plugin_settings import PluginSetting, names_plugin, plugin_setting, short, unknown_key
 from bench.command_line.schema import plugin_schema
+from bench.plan.left_out import why_unusable
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
 from ksmea.settings.settings import own_fields
@@ -66,19 +67,18 @@ class Composer:
     def own(self, points: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         """The points, each once, as a configuration knows them: with the settings that plugins chosen there have. One that
         names its plugin says more than one that does not, and the command line more than the grid."""
-        kept: list[dict[str, Any]] = []
-        for point in points:
-            groups = {key: value for key, value in point.items() if key in registry.GROUPS}
-            left = {key: value for key, value in point.items() if self._is_meant(key, groups)}
-            fixed = {short(each.key) for each in self._fixed if names_plugin(each.key) and self._concerns(each, groups)}
-            own = {
-                short(key): value
-                for key, value in sorted(left.items(), key=lambda item: names_plugin(item[0]))
-                if names_plugin(key) or key not in fixed
-            }
-            if own not in kept:
-                kept.append(own)
-        return kept
+        return each_once(self._own(point) for point in points)
+
+    def _own(self, point: Mapping[str, Any]) -> dict[str, Any]:
+        """One point as a configuration knows it."""
+        groups = {key: value for key, value in point.items() if key in registry.GROUPS}
+        left = {key: value for key, value in point.items() if self._is_meant(key, groups)}
+        fixed = {short(each.key) for each in self._fixed if names_plugin(each.key) and self._concerns(each, groups)}
+        return {
+            short(key): value
+            for key, value in sorted(left.items(), key=lambda item: names_plugin(item[0]))
+            if names_plugin(key) or key not in fixed
+        }
 
     def at(self, point: Mapping[str, Any]) -> DictConfig:
         """The configuration at one point: {setting or group: value}."""
@@ -158,7 +158,7 @@ class Composer:
                 )
             _require_setting(group, said.plugin, setting)
             return said.plugin == chosen
-        known = {name: _settings(group, name) for name in names}
+        known = {name: _settings(group, name) for name in names if not why_unusable(group, name)}
         if not any(setting in settings for settings in known.values()):
             plugins = (
                 registry.registered(group) if setting != said.setting else ()
@@ -192,6 +192,8 @@ def _names(said: PluginSetting, chosen: str) -> bool:
 
 
 def _require_setting(group: str, plugin: str, setting: str) -> None:
+    if why_unusable(group, plugin):
+        return
     known = _settings(group, plugin)
     if setting not in known:
         raise unknown_key(f"{group}.{plugin}.{setting}", known)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+import json
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,14 +18,16 @@ from bench.command_line.bench_settings import BenchConfig, bench_fields
 from bench.command_line.corrected_command import quoted
 from bench.command_line.grid import LABEL, grid_points
 from bench.command_line.overrides import Choice, as_given, override, parse
+from bench.command_line.plugin_settings import short
 from bench.command_line.plugin_words import require_registered
 from bench.command_line.word_shapes import NAMED
 from bench.plan.assumed_values import assumed_values_in_errors, with_assumed_values
 from bench.plan.composer import Composer, Compositions
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
 from bench.plan.folder import require_own_folder
+from bench.plan.left_out import left_out_lines, outside_in, planning, with_usable
 from bench.plan.parameter_facts import FactsOfCells
-from bench.plan.plan import Cell, Plan, ReportSettings, all_runs, own_seed
+from bench.plan.plan import Cell, Plan, ReportSettings, all_runs, is_file_name, own_seed
 from bench.plan.provenance import (
     PARTS,
     code_digest,
@@ -36,10 +40,12 @@ from bench.plan.provenance import (
 )
 from bench.plan.report import report_named
 from bench.plan.setup import FINGERPRINTS, Setup, fingerprints
+from bench.plan.size import require_size
 from bench.plan.study import Study
 from bench.storage.own_files import PAPER
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import PluginFailure, SettingError, shortened, unknown
 from ksmea.plugins import registry
+from ksmea.plugins.first_import import require_survived
 from ksmea.records.record import Record
 from ksmea.settings.settings import check_values
 
@@ -59,7 +65,10 @@ WHOLE = (
     "grid",
     "add",
     "cross",
+    "force",
 )
+REFERENCED = re.compile(r"\$\{([\w.]+)\}")  # settings that a text is made of
+OF_FILE = re.compile(r"\$\{of_file:\$\{\w+\}\}")  # of the file that all runs have, or of all files of a fleet
 # Settings of how it is dealt out to jobs.
 DEALING = ("batches", "share", "wait")
 # Settings of how its jobs work, passed on to them; none of them changes a result.
@@ -75,6 +84,7 @@ class Experiment:
     batches: int
     share: tuple[Path, ...]  # folders whose finished runs of the same key are taken over
     working: tuple[str, ...]  # overrides for the jobs
+    has_left_out: bool = False  # plugins that cannot be used, which the plan's notes name
 
     @classmethod
     def compose_all(cls, loader: ConfigLoader, master: DictConfig, arguments: list[str]) -> list[Experiment]:
@@ -110,9 +120,14 @@ class Experiment:
         _check_whole(config)
         for block in composer.blocks:
             _check_axes(block)
-        points = with_rotors(composer.own(grid_points(composer.blocks, swept, {choice.key for choice in fixed})), fleet)
+        _require_one_folder(config, {*swept, *(key for block in composer.blocks for key in block)})
+        fixed_keys = {choice.key for choice in fixed}
+        require_size(composer.blocks, swept, fixed_keys, config.repetitions, config.force)
+        usable, left_out = with_usable(grid_points(composer.blocks, swept, fixed_keys))
+        points = with_rotors(composer.own(usable), fleet)
         modules: dict[str, str] = {}
-        cells = _cells(composer, points, modules)
+        cells, failures = _cells(composer, points, modules)
+        left_out += left_out_lines(failures)
         versions = library_versions()
         plan = Plan(
             name=config.name,
@@ -126,13 +141,15 @@ class Experiment:
             cells=cells,
             runs=all_runs(cells, config.repetitions, versions),
             plugins={word: path for cell in cells for word, path in plugin_files(cell.settings).items()},
+            notes=tuple(left_out),
         )
         working = tuple(override(key, config[key]) for key in WORKING)
         output = Path(config.output).absolute()
         require_own_folder(plan, output)
         if config.table is not None:
             report_named(config.table).check_plan(plan)
-        return cls(plan, output, config.batches, tuple(map(Path, [*config.share, *share])), working)
+        shared = tuple(map(Path, [*config.share, *share]))
+        return cls(plan, output, config.batches, shared, working, has_left_out=bool(left_out))
 
 
 def _fixed(choices: Iterable[Choice]) -> list[Choice]:
@@ -159,8 +176,12 @@ def _check_whole(config: DictConfig) -> None:
     check_values(BenchConfig, _own(config, set(known) - {*registry.GROUPS}))
     if config.repetitions < 1 and config.table != "settings":
         raise SettingError(f"expected a number at least 1, got {config.repetitions}", setting="repetitions")
-    if Path(config.name).name != config.name:
-        raise SettingError(f"expected the name of a file, got '{config.name}'", setting="name")
+    if not is_file_name(config.name):
+        raise SettingError(
+            f"expected the name of a file, got '{shortened(config.name)}'; choose another", setting="name"
+        )
+    if not config.output:
+        raise SettingError("expected a folder, output=. for the working directory, got nothing", setting="output")
     if config.paper is not None and not (PAPER / f"{config.paper}.csv").is_file():
         raise unknown("table of the paper", config.paper, [path.stem for path in PAPER.glob("*.csv")])
     if config.table is not None and config.table not in registry.registered("report"):
@@ -170,21 +191,42 @@ def _check_whole(config: DictConfig) -> None:
             raise SettingError(f"expected folders of results, found none at {folder}", setting="share")
 
 
+def _require_one_folder(config: DictConfig, axes: Collection[str]) -> None:
+    """Raise `SettingError` if the name or the folder of the results is made of a setting with several values: one of them would name
+    the folder of all."""
+    for key in ("name", "output"):
+        text = str(OmegaConf.to_container(OmegaConf.masked_copy(config, [key]), resolve=False)[key])  # type: ignore[call-overload, index]
+        for named in REFERENCED.findall(OF_FILE.sub("", text)):
+            if any(short(axis) == named or named.startswith(f"{short(axis)}.") for axis in axes):
+                raise SettingError(
+                    f"expected one {key} for the whole experiment, got ${{{named}}}, which has several values; leave it out",
+                    setting=key,
+                )
+
+
 def _own(config: DictConfig, names: Iterable[str]) -> dict[str, Any]:
     """Values of settings by name."""
     values: Any = OmegaConf.to_container(OmegaConf.masked_copy(config, list(names)))
     return dict(values)
 
 
-def _cells(composer: Composer, points: Sequence[dict[str, Any]], modules: dict[str, str]) -> tuple[Cell, ...]:
-    """The cell of each point. A file of a fleet that cannot be used costs its own run alone, which fails with the reason;
-    `SettingError` where no file can be used with the same settings, so that it is not the file."""
+def _cells(
+    composer: Composer, points: Sequence[dict[str, Any]], modules: dict[str, str]
+) -> tuple[tuple[Cell, ...], list[PluginFailure]]:
+    """The cell of each point, and why plugins from outside have none. A file of a fleet that cannot be used costs its own run alone, which
+    fails with the reason; `SettingError` if no file can be used with the same settings, so that it is not the file."""
     made: dict[int, Cell] = {}
+    failures: list[PluginFailure] = []
     refused: dict[int, SettingError] = {}
     facts = FactsOfCells()
+    tried: dict[str, PluginFailure | None] = {}
     for index, point in enumerate(points):
         try:
-            made[index] = _cell(composer.at(point), point, modules, facts)
+            config = composer.at(point)
+            _require_survived(config, point, tried)
+            made[index] = _cell(config, point, modules, facts)
+        except PluginFailure as failure:
+            failures.append(failure)
         except SettingError as error:
             if MEASURED not in point:
                 raise
@@ -194,7 +236,33 @@ def _cells(composer: Composer, points: Sequence[dict[str, Any]], modules: dict[s
         if (other := next(alike, None)) is None:
             raise reason
         made[index] = _with_file(other, composer.at(points[index]), points[index])
-    return tuple(made[index] for index in range(len(points)))
+    if failures and not made:
+        raise failures[0]
+    return _each_once(made[index] for index in sorted(made)), failures
+
+
+def _each_once(cells: Iterable[Cell]) -> tuple[Cell, ...]:
+    """The cells, each once that does the same runs at the same place: a method without an optimiser is one cell, however many
+    optimisers it is crossed with."""
+    known: dict[str, Cell] = {}
+    for cell in cells:
+        same = json.dumps([cell.settings, cell.seed, cell.place], sort_keys=True, default=str)
+        known.setdefault(same, cell)
+    return tuple(known.values())
+
+
+def _require_survived(config: DictConfig, point: dict[str, Any], tried: dict[str, PluginFailure | None]) -> None:
+    """Raise `PluginFailure` if planning with these plugins from outside ends the process: the first cell of each is tried in a fork."""
+    chosen: Any = OmegaConf.to_container(OmegaConf.masked_copy(config, list(registry.GROUPS)), resolve=True)
+    theirs = " ".join(outside_in(chosen))
+    if theirs and theirs not in tried:
+        tried[theirs] = None
+        try:
+            require_survived(theirs, lambda: _cell(config, point, {}, FactsOfCells()))
+        except PluginFailure as failure:
+            tried[theirs] = failure
+    if (failed := tried.get(theirs)) is not None:
+        raise failed
 
 
 def _differ_by_file(place: Mapping[str, Any], point: Mapping[str, Any]) -> bool:
@@ -218,6 +286,13 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], fa
     """
     check_values(BenchConfig, _own(config, ("samples", "seed")))
     settings: dict[str, Any] = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
+    with planning(settings):
+        return _planned(config, point, settings, modules, facts)
+
+
+def _planned(
+    config: DictConfig, point: dict[str, Any], settings: dict[str, Any], modules: dict[str, str], facts: FactsOfCells
+) -> Cell:
     settings = with_assumed_values(settings | {"samples": config.samples})
     with assumed_values_in_errors(settings):
         setup = Setup.of(settings)
@@ -240,7 +315,10 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], fa
     used = used_modules(settings, plugin_files(settings))
     modules |= used
     samples = None if "samples" in ignored and "samples" not in point else config.samples
-    place = {"samples": samples} | point
+    without = ignored & {*registry.GROUPS}
+    place = {"samples": samples} | {
+        key: None if key.partition(".")[0] in without else value for key, value in point.items()
+    }
     return Cell(place, settings, _seed(config, point, settings), parameters, code_digest(used))
 
 

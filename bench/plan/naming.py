@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 from bench.plan.plan import Cell, Plan, Run
+from ksmea.errors import shortened
+
+LONGEST_NAME = 80  # characters of a label or another value in a table or a figure
 
 
 def telling_axes(plan: Plan) -> tuple[str, ...]:
@@ -22,8 +26,12 @@ def _differ(axis: str) -> Any:
 
 
 def place_text(value: Any) -> str:
-    """A setting's value as tables and figures print it."""
-    return "–" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+    """A setting's value as tables and figures print it. Of a long one the beginning, and digits of its hash that
+    distinguish it from another one with this beginning."""
+    text = "–" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+    if len(text) <= LONGEST_NAME:
+        return text
+    return f"{shortened(text, LONGEST_NAME)} ({hashlib.sha256(text.encode(errors='replace')).hexdigest()[:6]})"
 
 
 def cell_name(plan: Plan, cell: Cell) -> str:

@@ -26,6 +26,7 @@ SCHEMA = 2
 PLAN_FILE = "plan.jsonl"
 KEY = re.compile(r"[A-Za-z0-9_-]{1,64}")  # of a run: files are named by it
 LONGEST_REASON = 200  # characters
+LONGEST_NAME = 200  # bytes of an experiment's name; file systems take 255 with what is added to it
 
 # Place of each component in the seed sequence [seed, repetition, place]. A component that several methods share
 # draws the same numbers for all of them, so that they are compared in pairs; a place is never given to another.
@@ -216,11 +217,16 @@ def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
 
 def _check_names(plan: Plan) -> None:
     """Names are those of files in the experiment's folder."""
-    name = plan.name
-    if name in ("", ".", "..") or Path(name).name != name or visible(name) != name or len(name) > 200:
-        raise ValueError(f"the name is none of a file: {name}")
+    if not is_file_name(plan.name):
+        raise ValueError(f"the name is none of a file: {plan.name}")
     if len(set(plan.axes)) < len(plan.axes):
         raise ValueError("an axis stands twice")
+
+
+def is_file_name(name: str) -> bool:
+    """Whether an experiment's name can name its files."""
+    can_be = name not in ("", ".", "..") and Path(name).name == name and visible(name) == name
+    return can_be and len(name.encode()) <= LONGEST_NAME
 
 
 def _check_cell(cell: Cell, where: str) -> None:
@@ -228,6 +234,9 @@ def _check_cell(cell: Cell, where: str) -> None:
         settings = cell.settings.get(group)
         if settings is not None and not (isinstance(settings, dict) and isinstance(settings.get("name"), str)):
             raise ValueError(f"{where}: {group} is no mapping with a name")
+    parts = cell.settings.get("parts", [])
+    if not isinstance(parts, list) or not all(isinstance(part, str) for part in parts):
+        raise ValueError(f"{where}: its parts are no list of names")
     level = (cell.settings.get("study") or {}).get("level", 0.95)
     if isinstance(level, bool) or not isinstance(level, (int, float)) or not 0 < level < 1:
         raise ValueError(f"{where}: the level of its intervals is not between 0 and 1")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import platform
 import sys
 from collections.abc import Iterable, Mapping
@@ -23,6 +22,7 @@ from bench.storage.content_cache import KeptByContent
 from bench.storage.own_files import checkout_commit
 from ksmea.plugins import registry
 from ksmea.plugins.files import OURS, brought_along, imported
+from ksmea.plugins.module_files import source_file
 from ksmea.settings.settings import Settings
 
 SHOWN = "ksmea.show"  # texts, tables and figures of results: nothing in it is computed with
@@ -35,8 +35,9 @@ PARTS = "parts"  # key of a run's settings for the plugins that its own are made
 def used_modules(settings: Mapping[str, Any], plugins: Mapping[str, str] = NO_FILES) -> dict[str, str]:
     """Digest by name of every module that a run with these settings executes: its plugins, and all that they and the
     run itself import, of this project and of the packages that the plugins come from; with these, what else they bring along
-    from outside (`bench.plan.outside`). `plugins` are the plain files of plugins by what chooses them, `optimizer=mine`;
-    they are read and not executed."""
+    from outside (`bench.plan.outside`). `plugins` are the plain files of plugins by what chooses them, `optimizer=mine`.
+    Files are read and never executed, as settings may come from a received folder. `SettingError` for a plugin that is not
+    registered."""
     chosen = _chosen(settings)
     own = [registry.modules_of(*word.split("=", 1)) for word in chosen if word not in plugins]
     installed = dict.fromkeys(chain.from_iterable(own))
@@ -48,6 +49,23 @@ def plugin_files(settings: Mapping[str, Any]) -> dict[str, str]:
     chosen = _chosen(settings)
     in_files = {f"{group}={name}": str(path) for path, group, name in registry.plugins_in_files()}
     return {word: path for word, path in in_files.items() if word in chosen}
+
+
+def outside_plugins(settings: Mapping[str, Any]) -> list[str]:
+    """Plugins that a run with these settings is made of and that are not this project's, as `group=name`."""
+    return sorted(word for word in _chosen(settings) if registry.is_outside(*word.split("=", 1)))
+
+
+def mentions(settings: Mapping[str, Any], word: str) -> bool:
+    """Whether a run's settings choose a plugin, given as `group=name`, or hold its name anywhere, as a list of effects does."""
+    name = word.partition("=")[2]
+    pending: list[Any] = [settings]
+    while pending:
+        value = pending.pop()
+        pending += value.values() if isinstance(value, Mapping) else value if isinstance(value, (list, tuple)) else []
+        if isinstance(value, str) and value in (word, name):
+            return True
+    return False
 
 
 def _chosen(settings: Mapping[str, Any]) -> list[str]:
@@ -116,11 +134,7 @@ def _said_by(module: str) -> Source | None:
 @cache
 def _file_of(module: str) -> Path | None:
     """The file of a module; None for what is no module of Python source."""
-    try:
-        spec = importlib.util.find_spec(module)
-    except (ImportError, AttributeError, ValueError):
-        return None
-    return Path(spec.origin) if spec is not None and spec.origin and spec.origin.endswith(".py") else None
+    return source_file(module)
 
 
 @cache

@@ -8,8 +8,10 @@ import sys
 import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -27,6 +29,7 @@ from ksmea.numerics.parallel import available_cores, for_each
 from ksmea.settings.regular_files import open_regular
 from ksmea.show.charts.chart import Chart
 
+LONGEST_NOTE = 1000  # characters
 LONGEST_REASON = 500  # characters of why a run failed
 DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
 
@@ -67,7 +70,10 @@ def collect(output: Path, redraw: bool = True) -> int:
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
     damaged: Counter[Path] = Counter()
     mixed = mixed_processors(counted_processors(processors(output, damaged), plan))
-    counted += [f"note: {note}" for note in [*filter(None, [mixed]), *plan.notes, *damage_notes(damaged)]]
+    counted += [
+        f"note: {shortened(note, LONGEST_NOTE)}"
+        for note in [*filter(None, [mixed]), *plan.notes, *damage_notes(damaged)]
+    ]
     print(visible_lines("\n" + "\n".join([*counted, f"in {output}: {', '.join(map(visible, there))}"])))
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
 
@@ -135,13 +141,30 @@ def _write_figures_and_page(plan: Plan, made: Made, output: Path) -> bool:
     except Exception as error:  # whatever a report of other people raises
         draw(made.figures, output)
         return _no_page(output, error)
-    drawings, all_drawn = draw(lambda: {**charts, **made.figures()}, output)
+    said = _unfinished(made.runs)
+    drawings, all_drawn = draw(lambda: _titled({**charts, **made.figures()}, said), output)
     try:
         content = experiment_page(plan, made, drawings, last_began(output), page)
     except Exception as error:
         return _no_page(output, error)
     replace_file(output / PAGE, content)
     return all_drawn
+
+
+def _unfinished(runs: pd.DataFrame) -> str:
+    """How many runs a figure shows of an experiment that is not finished: '11 of 20 runs'; '' of a finished one."""
+    n_result = int(runs["status"].isin(RESULTS).sum())
+    return "" if n_result == len(runs) else f"{n_result} of {len(runs)} runs"
+
+
+def _titled(drawings: Mapping[str, Drawing], said: str) -> Mapping[str, Drawing]:
+    """The drawings with what is said in each chart's title."""
+    return {name: partial(_with_title, each, said) for name, each in drawings.items()} if said else drawings
+
+
+def _with_title(drawing: Drawing, said: str) -> Any:
+    made = drawing if isinstance(drawing, bytes) else drawing()
+    return replace(made, title=f"{made.title} ({said})") if isinstance(made, Chart) else made
 
 
 def _no_page(output: Path, error: Exception) -> bool:
@@ -157,7 +180,7 @@ def _tell_not_drawn(what: str, why: _NotDrawn) -> None:
 
 
 def _reason(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())
+    return shortened(f"{type(error).__name__}: {error}", LONGEST_REASON)
 
 
 def _digest(files: Mapping[str, bytes], commit: str) -> bytes:

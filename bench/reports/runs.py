@@ -35,11 +35,20 @@ def of_identifications(plan: Plan, output: Path) -> pd.DataFrame:
         search_end = runs[name]
         likely = f"{name}_most_likely"
         runs[name] = runs[likely].fillna(search_end) if likely in runs else search_end
+        _put_beside(runs, name, [f"{likely}_at_limit", f"{name}_at_limit"])
         runs.insert(runs.columns.get_loc(f"{name}_error_pct"), f"{name}_search_end", search_end)
         runs = runs.drop(columns=likely, errors="ignore").rename(
             columns={name: f"{name}_value", f"{name}_error_pct": f"{name}_search_end_error_pct"}
         )
     return runs
+
+
+def _put_beside(runs: pd.DataFrame, name: str, flags: Sequence[str]) -> None:
+    """Put one column NAME_at_limit, from the first of these that has a value, behind the value that it flags."""
+    found = [runs.pop(flag) for flag in flags if flag in runs]
+    if found:
+        whole = found[0] if len(found) == 1 else found[0].where(found[0].notna(), found[1])
+        runs.insert(runs.columns.get_loc(name) + 1, f"{name}_at_limit", whole)
 
 
 def _place_row(plan: Plan, run: Run) -> dict[str, Any]:
@@ -67,7 +76,8 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
         row[sys.intern(f"{name}_error_pct")] = parameter.error_pct
         if parameter.crlb is not None:
             row[sys.intern(f"{name}_crlb")] = parameter.in_unit(parameter.crlb)
-        row[sys.intern(f"{name}_at_limit")] = parameter.at_limit
+        if parameter.most_likely is None:  # else the flag is of that value
+            row[sys.intern(f"{name}_at_limit")] = parameter.at_limit
         if parameter.kind is not None:
             row |= _interval_columns(parameter, parameter.kind)
     seconds = record.seconds
@@ -107,6 +117,7 @@ def _interval_columns(parameter: ParameterRecord, basis: str) -> dict[str, Any]:
     name = parameter.name
     return {
         sys.intern(f"{name}_most_likely"): parameter.in_unit(parameter.most_likely),
+        sys.intern(f"{name}_most_likely_at_limit"): parameter.at_limit,
         sys.intern(f"{name}_low"): parameter.in_unit(parameter.low),
         sys.intern(f"{name}_high"): parameter.in_unit(parameter.high),
         sys.intern(f"{name}_interval"): sys.intern(basis),

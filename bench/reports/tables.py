@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,9 @@ from bench.storage.own_files import PAPER
 from ksmea.errors import SettingError, unknown
 from ksmea.show.text import aligned, number
 
+FORMULA = ("=", "+", "-", "@", "\t", "\r")  # how a cell begins that a spreadsheet computes
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+LONGEST_CELL = 2000  # characters; Excel takes 32767, nobody reads them
 EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a table below the parameters, and their units
 EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 
@@ -137,7 +141,26 @@ def slips(paper: str | None) -> pd.DataFrame:
 
 
 def csv_text(frame: pd.DataFrame) -> str:
-    return frame.to_csv(index=False, float_format="%.10g", lineterminator="\n")
+    """A table as CSV that a spreadsheet may open: no cell is a formula, and a message of megabytes is cut."""
+    shown = frame.copy()
+    shown.columns = [_harmless(name) for name in frame.columns]
+    for at, (_, column) in enumerate(frame.items()):
+        if pd.api.types.is_object_dtype(column) or pd.api.types.is_string_dtype(column):
+            shown.isetitem(at, column.map(_harmless))
+    return shown.to_csv(index=False, float_format="%.10g", lineterminator="\n")
+
+
+def _harmless(value: Any) -> Any:
+    """A text that no spreadsheet takes for a formula, with an apostrophe before it if need be (OWASP, CSV injection); numbers and
+    probes at angles (-45) stay.
+
+    >>> [_harmless(each) for each in ("=1+2", "@x", "-45", "-a", "DE", 3.0)]
+    ["'=1+2", "'@x", '-45', "'-a", 'DE', 3.0]
+    """
+    if not isinstance(value, str):
+        return value
+    text = value if len(value) <= LONGEST_CELL else value[:LONGEST_CELL] + "…"
+    return f"'{text}" if text.startswith(FORMULA) and not NUMBER.fullmatch(text) else text
 
 
 def as_text(plan: Plan, summary: pd.DataFrame) -> str:

@@ -18,6 +18,7 @@ from bench.jobs.claims import clear
 from bench.jobs.offers import dealt
 from bench.jobs.superseded import earlier_notes
 from bench.plan.experiment import Experiment
+from bench.plan.size import size_line
 from bench.storage.files import exclusive
 from ksmea.errors import visible
 
@@ -49,6 +50,8 @@ class PlanSweeper(Sweeper):
         """Plan, launch and collect one experiment; its exit code."""
         from bench.reports.collect import collect
 
+        if not is_quiet() and (line := size_line(experiment.plan)):
+            print(f"{visible(line)} in {visible(str(experiment.output))}", file=sys.stderr)
         with exclusive(experiment.output / ".lock"):
             notes = earlier_notes(experiment.plan, experiment.output)
             jobs = dealt(experiment)
@@ -69,4 +72,4 @@ class PlanSweeper(Sweeper):
             if not is_quiet():
                 for note in notes:
                     print(visible(note))
-            return code
+            return max(code, 1) if experiment.has_left_out else code

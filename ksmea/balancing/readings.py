@@ -6,17 +6,19 @@ less than a tolerance are one nominal speed. Repeats within a run are averaged.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, shortened
 from ksmea.measurement.campaign import Campaign, Plane, WeightUnit
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement
 from ksmea.units import RPM
+
+MOST_CAUSES = 5  # runs that a remark names
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,13 @@ class Readings:
         return np.repeat(np.arange(len(self.speed)), len(self.channels))
 
 
+def _left_out(n: int, of: int, lacking: Mapping[str, int]) -> str:
+    """How many speeds are left out, and the runs that lack them."""
+    causes = [f"{shortened(name)} lacks {count}" for name, count in lacking.items()]
+    more = f" and {len(causes) - MOST_CAUSES} more runs lack some" if len(causes) > MOST_CAUSES else ""
+    return f"{n} of {of} speeds left out: {', '.join(causes[:MOST_CAUSES])}{more}"
+
+
 def readings(measurement: Measurement, tolerance: float) -> Readings:
     """The runs of a campaign at the speeds that all of them have; `tolerance` is the largest relative distance of neighbours
     that count as one nominal speed.
@@ -79,7 +88,8 @@ def readings(measurement: Measurement, tolerance: float) -> Readings:
             f"balance: expected a speed that all {len(campaign.runs)} runs share to {100 * tolerance:g} %, got none; measure"
             " all runs at the same speeds, or raise study.speed_tolerance"
         )
-    left_out = label.max() + 1 - len(everywhere)
+    n_label = int(label.max()) + 1
+    lacking = {each.name: n for r, each in enumerate(campaign.runs) if (n := n_label - len(np.unique(label[run == r])))}
     groups = [[np.flatnonzero((run == r) & (label == v)) for v in everywhere] for r in range(len(campaign.runs))]
     values = np.asarray(measurement.values, dtype=complex)
     mean_speed = np.array([[measurement.speed[rows].mean() for rows in row] for row in groups])
@@ -97,7 +107,7 @@ def readings(measurement: Measurement, tolerance: float) -> Readings:
         variance=_stated_variance(measurement, groups),
         repeat_variance=repeat_variance,
         repeat_dof=dof,
-        remarks=(f"{left_out} of {label.max() + 1} speeds left out: not all runs have them",) if left_out else (),
+        remarks=(_left_out(n_label - len(everywhere), n_label, lacking),) if lacking else (),
         details=tuple(campaign.plane(float(position)) for position in planes),
     )
 

@@ -26,9 +26,11 @@ from ksmea.likelihood.misfit import Misfit, deviance, reference_variance
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.observable import Observable
 from ksmea.numerics.meter import SPENT_BEHIND, Meter
+from ksmea.numerics.objective import ROUNDING
 from ksmea.plugins.identification import Identification, Method, Stage, Streams, at_limit
 from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
 from ksmea.problem.counted import CountedProblem
+from ksmea.problem.parameters import Parameters
 from ksmea.problem.problem import Problem
 from ksmea.records.record import rounded
 from ksmea.records.trace import StageRecord, TraceRecord, stage_number
@@ -205,6 +207,18 @@ def _counted(surrogate: Any, count: Meter) -> Any:
     return CountedSurrogate(surrogate, count)
 
 
+def _require_within_limits(x: Array, parameters: Parameters) -> None:
+    """Raise ValueError if a method returns other values than the search allows: no table should show them."""
+    d = len(parameters)
+    if np.iscomplexobj(x) or np.shape(x) != (d,):
+        raise ValueError(f"method: expected {d} real values, got {np.shape(x)} of type {np.asarray(x).dtype}")
+    u = parameters.to_cube(np.asarray(x, dtype=float))
+    outside = ~((u >= -ROUNDING) & (u <= 1 + ROUNDING))  # NaN too
+    if np.any(outside):
+        name = parameters.names[int(np.argmax(outside))]
+        raise ValueError(f"method: expected values within their search limits, got another of {name}")
+
+
 def within_budget(method: Method, traced: TracedProblem, measurement: Measurement, streams: Streams) -> Identification:
     """What a method finds. Where it asks for more than a budget holds, that is the best point that the true model has shown
     (`comparable_misfit`), whatever the method returns or raises then."""
@@ -216,6 +230,7 @@ def within_budget(method: Method, traced: TracedProblem, measurement: Measuremen
         if not (meter.was_refused or isinstance(error, BudgetSpent)):
             raise
     if found is not None and not meter.was_refused:
+        _require_within_limits(found.x, traced.parameters)
         return found
     if not traced.improvements:
         raise ArithmeticError(

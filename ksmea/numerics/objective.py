@@ -13,6 +13,8 @@ from ksmea.errors import BudgetSpent
 from ksmea.numerics.differences import cube_differences
 from ksmea.numerics.meter import SPENT_BEHIND, Meter
 
+ROUNDING = 1e-9  # outside the unit cube, of a library's own handling of limits
+
 
 @dataclass(frozen=True)
 class Minimum:
@@ -118,10 +120,19 @@ class Objective(Meter):
             self.stages.append((name, minimum))
 
     def _checked(self, u: Array) -> Array:
+        if np.iscomplexobj(u):
+            raise ValueError(
+                "objective: expected real points, got complex ones; take their real parts if that is meant"
+            )
         u = np.atleast_2d(np.asarray(u, dtype=float))
         if u.shape[1] != self.dim:
             raise ValueError(f"objective: expected points of shape (k, {self.dim}), got {u.shape}")
-        return np.clip(u, 0.0, 1.0)  # rounding of a library's own handling of limits
+        worst = float(np.max(np.abs(u - 0.5), initial=0.0)) - 0.5
+        if worst > ROUNDING:
+            raise ValueError(
+                f"objective: expected coordinates from 0 to 1, got one that is {worst:.3g} outside; clip, reflect or draw it anew"
+            )
+        return np.clip(u, 0.0, 1.0)
 
     def _within_budget(self, u: Array, evaluate: Callable[[Array], Array]) -> Array:
         if len(u) == 0:

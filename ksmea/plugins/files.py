@@ -19,7 +19,9 @@ from types import MappingProxyType, ModuleType
 
 from ksmea.errors import SettingError
 from ksmea.plugins.effect import Effect
+from ksmea.plugins.first_import import require_importable, undisturbed
 from ksmea.plugins.identification import Method
+from ksmea.plugins.module_files import source_file
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.plugins.surrogate import Surrogate
@@ -48,6 +50,7 @@ LOADERS = frozenset(
     ]
 )
 DIGITS = 12  # of the hash of a file
+DEEPEST = 8  # classes between a plugin and its contract
 
 CONTRACTS: Mapping[str, type[Settings]] = MappingProxyType(
     {  # what a plugin of each group subclasses; studies and reports have contracts of the bench's own on top
@@ -89,6 +92,38 @@ def plugins_of_file(path: Path) -> list[FoundPlugin]:
             setting="plugins",
         )
     return found
+
+
+def classes_in(path: Path) -> list[tuple[str, str]]:
+    """Group and name of each plugin that a file's text defines by its base class, without executing it; empty for a file
+    without any, or one that cannot be read."""
+    tree = _tree(path)
+    classes = [each.name for each in tree.body if isinstance(each, ast.ClassDef) and not each.name.startswith("_")]
+    found = [(_group_of(tree, name, DEEPEST), snake_case(name)) for name in classes]
+    return [(group, name) for group, name in found if group]
+
+
+def _group_of(tree: ast.Module, name: str, depth: int) -> str:
+    """The group that a class in a file's text is a plugin of, by its bases, also imported ones; '' for any other class."""
+    groups = {contract.__name__: group for group, contract in CONTRACTS.items() if group not in OF_THE_BENCH}
+    if name in groups:
+        return groups[name]
+    for node in tree.body if depth else []:
+        if isinstance(node, ast.ClassDef) and node.name == name:
+            bases = [ast.unparse(base).partition("[")[0].rpartition(".")[2] for base in node.bases]
+            return next((group for base in bases if (group := _group_of(tree, base, depth - 1))), "")
+        if isinstance(node, ast.ImportFrom) and name in [alias.asname or alias.name for alias in node.names]:
+            file = source_file(node.module) if node.module else None
+            return "" if file is None else _group_of(_tree(file), name, depth - 1)
+    return ""
+
+
+def _tree(path: Path) -> ast.Module:
+    """The syntax tree of a file; an empty one if it is no Python."""
+    try:
+        return ast.parse(path.read_text(encoding="utf-8"))
+    except (OSError, SyntaxError, ValueError, RecursionError):
+        return ast.Module([], [])
 
 
 def snake_case(name: str) -> str:
@@ -206,8 +241,11 @@ def _loaded(path: Path) -> ModuleType:
     importlib.invalidate_caches()
     for name in dict.fromkeys(Path(each).parts[0].removesuffix(".py") for each in brought_along(path)):
         _require_own_name(path, name)
+    if path.stem not in sys.modules:
+        require_importable(str(path), lambda: importlib.import_module(path.stem), setting="plugins")
     try:
-        return importlib.import_module(path.stem)
+        with undisturbed():
+            return importlib.import_module(path.stem)
     except (Exception, SystemExit) as error:
         raise SettingError(f"{path} cannot be loaded: {one_line(error)}", setting="plugins") from error
 

@@ -45,6 +45,18 @@ class SharedName(EntryPoint):
         )
 
 
+class BrokenName(EntryPoint):
+    """A name in a plain file that cannot be loaded: it is refused where it is chosen, and stops nothing else."""
+
+    def __init__(self, name: str, group: str, refusal: str) -> None:
+        super().__init__(name, "broken:broken", group)
+        vars(self).update(refusal=refusal)
+
+    @property
+    def refusal(self) -> str:
+        return str(vars(self)["refusal"])
+
+
 @cache
 def registered(group: str) -> dict[str, EntryPoint]:
     """Entry points of a group ('optimizer', …) by name, in alphabetical order. A name of this project stays its own."""

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
-from ksmea.errors import SettingError, unknown
-from ksmea.plugins.files import CONTRACTS, one_line, plugins_of_file, require_same
+from ksmea.errors import PluginFailure, SettingError, unknown
+from ksmea.plugins.files import CONTRACTS, OURS, classes_in, one_line, plugins_of_file, require_same
+from ksmea.plugins.first_import import require_importable, undisturbed
+from ksmea.plugins.module_files import module_spec
 from ksmea.plugins.names import (
     FURTHER,
     GROUPS,
     PROJECT,
+    BrokenName,
     SharedName,
     add_file,
     is_added,
@@ -23,7 +27,7 @@ from ksmea.plugins.names import (
     plugins_in_files,
     registered,
 )
-from ksmea.settings.settings import Settings, own_fields, part_fields
+from ksmea.settings.settings import Settings, own_fields, part_fields, require_free_names
 
 __all__ = [
     "CONTRACTS",
@@ -32,6 +36,7 @@ __all__ = [
     "PROJECT",
     "create",
     "create_all",
+    "is_outside",
     "left_out",
     "modules_of",
     "name_of",
@@ -52,7 +57,14 @@ def register_file(path: Path, planned: Mapping[str, str] | None = None) -> None:
         return
     if planned is not None:
         require_same(path, planned)
-    found = plugins_of_file(path)
+    try:
+        found = plugins_of_file(path)
+    except SettingError as error:
+        if not (broken := classes_in(path)):
+            raise
+        groups = GROUPS | FURTHER
+        add_file(path, [BrokenName(name, groups[group], str(error)) for group, name in broken])
+        return
     for each in found:
         if each.name in registered(each.group):
             raise SettingError(
@@ -82,10 +94,9 @@ def _class_at(point: EntryPoint, contract: type[Settings]) -> type:
     """The class that an entry point names; `SettingError` if it cannot be loaded or is no plugin by the contract."""
     if isinstance(point, SharedName):
         raise SettingError(point.refusal)
-    try:
-        plugin: type = point.load()
-    except (Exception, SystemExit) as error:
-        raise SettingError(f"{point.value} cannot be loaded: {one_line(error)}") from error
+    if isinstance(point, BrokenName):
+        raise PluginFailure(point.refusal)
+    plugin: type = _loaded(point)
     parameters = vars(plugin).get("__dataclass_params__") if isinstance(plugin, type) else None
     if parameters is None or not parameters.frozen:
         raise SettingError(f"expected a frozen dataclass at {point.value}, got {plugin!r}")
@@ -94,12 +105,33 @@ def _class_at(point: EntryPoint, contract: type[Settings]) -> type:
             f"expected a subclass of {contract.__module__}.{contract.__name__} at {point.value},"
             f" got {plugin.__name__}; make it one, see {contract.__module__}"
         )
+    require_free_names(plugin)
     if missing := sorted(plugin.__abstractmethods__):
         raise SettingError(
             f"expected {plugin.__name__} to define {', '.join(missing)}, which {contract.__name__} leaves"
             " abstract, got nothing; add it"
         )
     return plugin
+
+
+def _loaded(point: EntryPoint) -> type:
+    """The class that an entry point names. Of one from outside the import is tried first, and changes nothing but what it adds."""
+    module = point.value.partition(":")[0]
+    is_new = module not in sys.modules and module.partition(".")[0] not in OURS
+    if is_new:
+        require_importable(point.value, point.load)
+    try:
+        with undisturbed() if is_new else nullcontext():
+            found: type = point.load()
+    except (Exception, SystemExit) as error:
+        raise PluginFailure(f"{point.value} cannot be loaded: {one_line(error)}") from error
+    return found
+
+
+def is_outside(group: str, name: str) -> bool:
+    """Whether a plugin of this name is registered that is not this project's."""
+    point = registered(group).get(name) if group in GROUPS | FURTHER else None
+    return point is not None and (point.dist is None or point.dist.name != PROJECT)
 
 
 def name_of(plugin: Settings) -> tuple[str, str]:
@@ -119,13 +151,17 @@ def name_of(plugin: Settings) -> tuple[str, str]:
 
 
 def modules_of(group: str, name: str) -> tuple[str, ...]:
-    """The modules that make a plugin: of its entry point, and of its class if that is defined in another one. A plugin of this
-    project is not imported for that."""
-    point = registered(group).get(name)
-    if point is not None and point.dist is not None and point.dist.name == PROJECT:
-        return (point.module,)
-    own = plugin_class(group, name).__module__
-    return (own,) if point is None or point.module == own else (point.module, own)
+    """The module that makes a plugin, as its entry point says; what that imports follows from its file. Nothing is imported for that:
+    names may come from a received folder. `SettingError` for what is not registered, or has no module here."""
+    points = registered(group) if group in GROUPS | FURTHER else {}
+    if name not in points:
+        raise unknown(group, name, points)
+    point = points[name]
+    if isinstance(point, SharedName):
+        raise SettingError(f"{group}={name}: {point.refusal}")
+    if module_spec(point.module) is None:
+        raise SettingError(f"{group}={name}: expected a module {point.module}, found none; install its package again")
+    return (point.module,)
 
 
 def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[str, Any] | None = None) -> Any:
@@ -142,9 +178,16 @@ def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[st
         if chosen[field.name] is None:
             raise SettingError(f"{group}={name}: expected {field.name}, {field.metadata['help']}, got none; choose one")
     try:
-        return plugin(**chosen, **settings)
+        with undisturbed() if is_outside(group, name) else nullcontext():
+            return plugin(**chosen, **settings)
     except SettingError as error:
         raise error.within(f"{group}={name}", setting=error.setting and f"{group}.{error.setting}") from error
+    except (Exception, SystemExit) as error:
+        if not is_outside(group, name):
+            raise
+        raise PluginFailure(
+            f"{group}={name}: expected settings that can be made or refused by a SettingError, got {one_line(error)}"
+        ) from error
 
 
 def create_all(group: str, names: Iterable[str]) -> tuple[dict[str, Any], dict[str, str]]:

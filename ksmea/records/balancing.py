@@ -61,7 +61,7 @@ class PlaneRecord:
 @dataclass(frozen=True)
 class WeightRecord:
     """A weight of a run as its response tells it; `known` is what its mark says, size and angle, None where unknown.
-    `p` is that of what the run's weights leave of its response."""
+    `p` is the lack-of-fit p of the run's response with its weights."""
 
     run: str
     position: Length

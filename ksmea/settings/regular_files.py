@@ -42,7 +42,11 @@ def read_input(path: str, kind: str, most: int, too_large: Callable[[int], str])
             )
         if (size := file.stat().st_size) > most:
             raise SettingError(f"{path}: {too_large(size)}")
-        return file.read_bytes()
+        with file.open("rb") as opened:
+            content = opened.read(most + 1)  # one that grows, or has no size of its own (/proc), is no larger either
+        if len(content) > most:
+            raise SettingError(f"{path}: {too_large(len(content))}")
+        return content
     except SettingError:
         raise
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name

@@ -65,6 +65,7 @@ class Settings(ABC):  # noqa: B024 – the contracts that derive from it have ab
     """Base of settings that checks each field's type and range; override `check` for conditions between fields."""
 
     def __post_init__(self) -> None:
+        require_free_names(type(self))
         check_values(type(self), vars(self))
         self.check()
 
@@ -85,6 +86,26 @@ class Settings(ABC):  # noqa: B024 – the contracts that derive from it have ab
     def parts(self) -> Sequence[Settings]:
         """Plugins that take part without being chosen by the run itself, such as effects. Left out: none."""
         return ()
+
+
+RESERVED = {
+    "name": "by which the plugin itself is chosen",
+    "check": "which checks the settings",
+    "fingerprint": "which is the hash of a file that the settings name",
+    "seeded": "which seeds the generators of a library",
+    "parts": "which are plugins that take part",
+}
+
+
+@cache
+def require_free_names(settings: type) -> None:
+    """Raise `SettingError` if a setting has a name that every plugin uses for something else."""
+    for each in own_fields(settings):
+        if each.name in RESERVED:
+            raise SettingError(
+                f"{settings.__name__}: expected another name of a setting than '{each.name}', {RESERVED[each.name]}; rename it,"
+                f" such as {each.name}_of_library"
+            )
 
 
 def check_values(settings: type, values: Mapping[str, Any]) -> None:

@@ -61,7 +61,7 @@ def left_out_frame(weights: tuple[WeightRecord, ...]) -> pd.DataFrame:
                 "run": each.run,
                 "position_m": each.position,
                 **_polar_columns(each.weight),
-                "p": each.p,
+                "lack_of_fit_p": each.p,
                 "known_size": None if each.known is None else each.known.size,
                 "known_angle_deg": None if each.known is None else each.known.angle,
                 "is_inside": each.is_inside,
@@ -199,7 +199,7 @@ def _weights(record: BalanceRecord) -> str:
         [each.run, f"{each.position:g}", each.unit, *_cells(each.weight), f"{each.p:.2g}"]
         for each in record.weights[:MAX_LISTED]
     ]
-    head = ["run", "plane m", "", _level(record), "angle °", _level(record), "p"]
+    head = ["run", "plane m", "", _level(record), "angle °", _level(record), "lack-of-fit p"]
     return f"Unknown weights:\n{_in_unit(head, lines, 2)}{_more(len(record.weights))}"
 
 

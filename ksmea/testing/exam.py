@@ -6,6 +6,7 @@ A function that returns has found its property kept.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, ParamSpec, TypeVar
@@ -81,14 +82,24 @@ class Exam(Generic[Stated, Sitting]):
 def sit(kept: Callable[[Any], None], case: Case) -> None:
     """Check one property; whatever else the plugin raises is a failure that quotes the property."""
     __tracebackhide__ = True
+    own = os.getpid()
     try:
         kept(case)
+        _end_if_forked(own)
     except ExamFailed:
+        _end_if_forked(own)
         raise
     except Exception as error:
+        _end_if_forked(own)
         raise ExamFailed(
             f"expected that {_statement(kept)}, got {type(error).__name__}: {error}; mend where it is raised"
         ) from error
+
+
+def _end_if_forked(own: int) -> None:
+    """End a process that a plugin has forked and that returns too: the exam is sat once."""
+    if os.getpid() != own:
+        os._exit(0)
 
 
 def _failure(kept: Callable[[Any], None], case: Case) -> str:

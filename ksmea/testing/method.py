@@ -20,6 +20,7 @@ from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.jeffcott import Jeffcott, JeffcottRotor
 from ksmea.testing.repeat import OF_DRAWS, Drawn
 from ksmea.testing.settings import OF_SETTINGS
+from ksmea.testing.surroundings import IN_A_SWEEP
 
 ROTOR = JeffcottRotor()
 NOISE = Noise(0.01, 0.0)  # small: where a method ends is its own doing
@@ -146,6 +147,7 @@ def method_properties(case: MethodCase) -> Sequence[Callable[[MethodCase], None]
     has_budget = "budget" in {field.name for field in dataclasses.fields(case.plugin)}
     return (
         *OF_SETTINGS,
+        *IN_A_SWEEP,
         works_on_the_problem,
         values_are_within_bounds,
         records_what_it_used,

@@ -16,6 +16,7 @@ from ksmea.plugins.optimizer import Optimizer
 from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.repeat import OF_DRAWS, Drawn
 from ksmea.testing.settings import OF_SETTINGS
+from ksmea.testing.surroundings import IN_A_SWEEP
 
 BUDGETS = (1, 7, 99, 250)  # one point, less than a population, and odd numbers that end amid one
 SHORT = 999  # points of those runs that need no convergence
@@ -213,6 +214,7 @@ def finds_the_minimum_of_a_sphere(case: OptimizerCase) -> None:
 def optimizer_properties(case: OptimizerCase) -> Sequence[Callable[[OptimizerCase], None]]:
     return (
         *OF_SETTINGS,
+        *IN_A_SWEEP,
         asks_within_bounds,
         returns_the_objectives_result,
         ends_with_its_budget,

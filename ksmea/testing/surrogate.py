@@ -21,6 +21,7 @@ from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.jeffcott import Jeffcott
 from ksmea.testing.repeat import OF_DRAWS, Drawn
 from ksmea.testing.settings import OF_SETTINGS
+from ksmea.testing.surroundings import IN_A_SWEEP
 
 ROTOR = Jeffcott(speed=np.linspace(100.0, 500.0, 4))
 DIM = len(ROTOR.parameters)
@@ -202,6 +203,7 @@ def surrogate_properties(case: SurrogateCase) -> Sequence[Callable[[SurrogateCas
         return (*OF_SETTINGS, is_never_fitted)
     return (
         *OF_SETTINGS,
+        *IN_A_SWEEP,
         predicts_in_shape,
         tells_its_error_in_shape,
         follows_its_samples,

@@ -237,7 +237,7 @@ def test_differences_are_of_common_speeds(folder):
     source = CampaignFile(str(folder / "campaign.yaml"), reference="trial")
     found = source.read()
     assert found.is_by_differences and [run.n_speed for run in found.campaign.runs] == [7, 7]
-    assert any("run bare: 13 of 20 speeds left out: not all runs have them" in remark for remark in source.remarks)
+    assert any("run bare: 13 of 20 speeds left out: trial lacks 13" in remark for remark in source.remarks)
 
 
 @pytest.mark.parametrize(

@@ -268,7 +268,7 @@ HEAD = "# @package _global_\nname: own\n"
 @pytest.mark.parametrize(
     "text, line",
     [
-        (HEAD + "grid: [{method: direct\n", "own.yaml: expected a YAML file, could not read it (while parsing"),
+        (HEAD + "grid: [{method: direct\n", "own.yaml line 4: expected YAML, got a syntax error"),
         ("name: own\n", "own.yaml: expected '# @package _global_' as its first line"),
         (HEAD + "sampels: 3\n", "own.yaml: unknown setting 'sampels'; did you mean 'samples'?"),
         (HEAD + "method: {bugdet: 3}\n", "own.yaml: unknown setting 'method.bugdet'; did you mean 'method.budget'?"),

@@ -1,5 +1,6 @@
 """Code from outside the project is part of a run's key: an edit, a data file or another version makes results stale."""
 
+import json
 import os
 import subprocess
 import sys
@@ -181,3 +182,44 @@ def digests_in(site):
 
 def test_plugins_of_the_project_bring_nothing_along():
     assert outside_code(["optimizers.de", "problems.three_disk", "ksmea.identification.ksmea"]) == {}
+
+
+LOUD = "import pathlib\npathlib.Path(__file__).with_name('imported').touch()\n"
+RECEIVED = {  # what a plan of a received folder may name; each package says so when it is imported
+    "loud/__init__.py": LOUD,
+    "loud/inner/__init__.py": LOUD,
+    "loud/inner/search.py": LOUD
+    + TWO["two_searches/one.py"].replace("from two_searches.shared import COUNT", "COUNT = 3"),
+    "loud/study.py": LOUD,
+}
+
+
+@pytest.mark.parametrize(
+    "named",
+    [
+        {"parts": ["optimizer=loud_one"]},
+        {"parts": ["effect=loud_one", "loud.inner.search", "optimizer=loud.inner.search"]},
+        {"parts": ["loud=inner", "=loud.inner", "loud="]},
+        {"optimizer": {"name": "loud_one"}},
+        {"optimizer": {"name": "loud.inner.search"}},
+        {"study": {"name": "loud_study"}},
+        {"study": {"name": "loud.study"}},
+    ],
+)
+def test_nothing_that_a_received_folder_names_is_imported(named, shell, cheapest, tmp_path):
+    """Registered plugins are read as files, also by `status` and `explain`; what is not registered is not looked for."""
+    site = tmp_path / "site"
+    site.mkdir()
+    entry = "[ksmea.optimizers]\nloud_one = loud.inner.search:One\n[ksmea.studies]\nloud_study = loud.study:Study\n"
+    installed(site, "loud", "1.0", RECEIVED, "", entry)
+    ended = shell(*cheapest, "repetitions=1", "workers=1", cwd=tmp_path, output="results/run")
+    assert ended.code == 0, ended.err
+    lines = [json.loads(line) for line in (ended.output / "plan.jsonl").read_text().splitlines()]
+    [cell] = [line for line in lines if line["line"] == "cell"]
+    cell["settings"] |= named
+    (ended.output / "plan.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    key = ended.runs()["key"][0]
+    for words in (["status", "run"], ["explain", key, "run"], ["merge", "run", "run", "--out", "merged"]):
+        looked = shell(*words, cwd=tmp_path, PYTHONPATH=os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")]))
+        assert looked.code in (0, 1, 2) and "Traceback" not in looked.err, looked.err
+    assert not [*site.rglob("imported")]

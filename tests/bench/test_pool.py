@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from bench.jobs.pool import CONTEXT, Limits, _Message, _new_worker, _outcome, _stop, run_tasks
+from bench.jobs.pool import CONTEXT, Given, Limits, _Message, _new_worker, _outcome, _stop, run_tasks
 
 
 def behave(how):
@@ -50,12 +50,13 @@ NONE = Limits()
 @pytest.fixture
 def importable(monkeypatch):
     monkeypatch.syspath_prepend(os.path.dirname(__file__))
-    monkeypatch.setenv("PYTHONPATH", os.path.dirname(__file__))
+    here = os.path.dirname(__file__)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [here, os.environ.get("PYTHONPATH")])))
 
 
 def outcomes(ways, workers=2, limits=NONE, started=None):
     on_start = (started if started is not None else []).append
-    tasks = ((index, (way,)) for index, way in enumerate(ways))
+    tasks = (Given(index, (way,)) for index, way in enumerate(ways))
     return dict(run_tasks(behave, tasks, workers, limits, on_start))
 
 
@@ -113,13 +114,15 @@ class TestPool:
         assert outcomes(["asked to end", "a"])[0]["status"] == "done"
 
     def test_tasks_that_come_later_are_asked_for_again_and_the_caller_is_not_forgotten(self):
-        tasks = iter([(0, ("a",)), None, None, (1, ("slow",))])
+        tasks = iter([Given(0, ("a",)), None, None, Given(1, ("slow",))])
         called = []
         done = dict(run_tasks(behave, tasks, 2, NONE, lambda task: None, (), lambda: called.append(time.monotonic())))
         assert sorted(done) == [0, 1] and len(called) >= 3
 
     def test_leaving_early_leaves_no_process_behind(self):
-        running = run_tasks(behave, ((i, ("hang" if i else "a",)) for i in range(3)), 2, Limits(), lambda task: None)
+        running = run_tasks(
+            behave, (Given(i, ("hang" if i else "a",)) for i in range(3)), 2, Limits(), lambda task: None
+        )
         _, record = next(running)
         running.close()
         with pytest.raises(ProcessLookupError):
@@ -140,8 +143,8 @@ class TestPool:
 
 
 TELLING = """
-from test_pool import NONE, behave, run_tasks
-list(run_tasks(behave, [(0, ("tell",))], 1, NONE, lambda task: None))
+from test_pool import NONE, Given, behave, run_tasks
+list(run_tasks(behave, [Given(0, ("tell",))], 1, NONE, lambda task: None))
 """
 
 

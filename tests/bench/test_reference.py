@@ -102,7 +102,9 @@ def test_a_run_that_fails_now_is_a_difference_in_all_its_values(folder, enter, m
     key = read_reference("table3", folder)[1]["key"][0]
 
     def run_tasks(function, tasks, *others):
-        return ((name, {"status": "error"} if name == key else function(*arguments)) for name, arguments in tasks)
+        return (
+            (given.task, {"status": "error"} if given.task == key else function(*given.arguments)) for given in tasks
+        )
 
     monkeypatch.setattr("bench.commands.verify.run_tasks", run_tasks)
     ended = enter("verify", "table3", "repetitions=1")

@@ -18,9 +18,9 @@ def test_each_run_may_use_what_is_left_when_all_have_a_worker(plan, n_run, worke
     given = []
 
     def run_tasks(function, tasks, n_worker, *others):
-        for run, arguments in tasks:
-            given.append((n_worker, arguments[-1]))
-            yield run, {"status": "done"}
+        for task in tasks:
+            given.append((n_worker, task.arguments[-1]))
+            yield task.task, {"status": "done"}
 
     monkeypatch.setattr("bench.jobs.work.require_planned_code", lambda plan: None)
     monkeypatch.setattr("bench.jobs.work.run_tasks", run_tasks)

@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import time
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ksmea import Minimum, Optimizer
+from ksmea.errors import BudgetSpent
 from ksmea.settings.settings import setting
 
 
@@ -184,7 +186,29 @@ class Catches(Shrinking):
         return objective.result()
 
 
+@dataclass(frozen=True)
+class Forks(Shrinking):
+    """It forks, and both processes go on."""
+
+    def minimize(self, objective, rng):
+        os.fork()
+        return super().minimize(objective, rng)
+
+
+@dataclass(frozen=True)
+class Hurries(Shrinking):
+    """It ends after a minute."""
+
+    def step(self, objective, best, width, rng):
+        started = time.monotonic()
+        super().step(objective, best, width, rng)
+        if time.monotonic() - started > 60:
+            raise BudgetSpent
+
+
 BROKEN_OPTIMIZERS = [
+    ("one_process_returns", Forks(), r"expected one process that returns, got 2; end a fork by os\._exit in the child"),
+    ("clock_plays_no_part", Hurries(), r"however much time passes, got .*; end by the budget, not by a clock"),
     (
         "settings_are_documented",
         WithoutHelp(),

@@ -186,3 +186,19 @@ def test_points_of_another_dimension_are_refused():
 def test_before_any_value_the_result_is_the_middle_without_one():
     minimum = Objective(2, Bowl().residuals).result()
     assert np.array_equal(minimum.u, [0.5, 0.5]) and minimum.value == np.inf and minimum.evaluations == 0
+
+
+@pytest.mark.parametrize(
+    ("point", "line"),
+    [
+        ([0.5 + 0.1j, 0.5], "expected real points, got complex ones"),
+        ([1.1, 0.5], "expected coordinates from 0 to 1, got one that is 0.1 outside"),
+        ([0.5, -np.inf], "expected coordinates from 0 to 1, got one that is inf outside"),
+    ],
+)
+def test_points_that_are_none_of_the_cube_are_refused(point, line):
+    """In a sweep as in the exam: what was clipped in silence was computed at another point than the optimiser knew."""
+    objective = Objective(2, lambda u: u - 0.5)
+    with pytest.raises(ValueError, match=line):
+        objective(np.array([point]))
+    assert objective(np.array([[1 + 1e-12, 0.5]])) == pytest.approx(0.25)

@@ -184,7 +184,7 @@ def _short_name(plan: Plan, cell: Cell) -> str:
     parts = [(axis.rpartition(".")[2], cell.place.get(axis)) for axis in telling_axes(plan)]
     given = [(axis, value) for axis, value in parts if value is not None]
     return ", ".join(
-        str(value) if axis in ("label", "kind") else f"{axis} {place_text(value)}" for axis, value in given
+        place_text(value) if axis in ("label", "kind") else f"{axis} {place_text(value)}" for axis, value in given
     )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
+from bench.plan.naming import place_text
 from bench.plan.plan import Cell
 from bench.plan.setup import FINGERPRINTS
 
@@ -20,7 +21,7 @@ OF_INSTANCE = ("problem", "measurement")
 def method_name(cell: Cell) -> str:
     """The label of a cell, or its method with its parts."""
     if (label := cell.place.get("label")) is not None:
-        return str(label)
+        return place_text(label)
     return " + ".join(str(cell.settings[part]["name"]) for part in PARTS if cell.settings.get(part))
 
 

@@ -15,10 +15,11 @@ import pandas as pd
 
 from bench.plan.page import Block, Command, Control, Drawn, Folded, Grid, Orbits, Picture, Plot, Prose, Table
 from bench.reports.pages.prose import prose_html, safe, table_html
-from ksmea.errors import visible
+from ksmea.errors import shortened, visible
 from ksmea.show.charts import interactive
 from ksmea.show.text import number
 
+LONGEST_CELL = 300  # characters
 MOST_ROWS = 300  # of a table on a page; its file has all
 DIGITS = 6  # of numbers in plots: more than a screen shows
 TABLE_DIGITS = 5
@@ -192,4 +193,4 @@ def _cell(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, (float, np.floating)):
         return number(value, TABLE_DIGITS)
-    return NONE if value is None or value is pd.NA else str(value)
+    return NONE if value is None or value is pd.NA else shortened(str(value), LONGEST_CELL)

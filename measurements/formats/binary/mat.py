@@ -27,6 +27,8 @@ MATRIX, COMPRESSED = 14, 15
 ELEMENTS = (MATRIX, COMPRESSED)  # what the file consists of
 HDF5 = b"\x89HDF\r\n\x1a\n"
 MAX_COLUMNS = 1000
+MOST_UNPACKED = 8 * MAX_BYTES  # of all variables together
+BLOCK = 2**20  # bytes that are unpacked at a time
 DEEPEST = 3  # structures within each other
 SAVE = "save('run.mat', '-struct', 's', '-v7')"
 # What MATLAB alone reads, and the lines that make numbers of it there.
@@ -65,14 +67,16 @@ def read_mat(content: bytes, path: str, headings: Sequence[str]) -> Sheet:
             f"{path}: expected a .mat file that can be read, got {quoted(error)}; save it again"
         ) from error
     columns: dict[str, np.ndarray] = {}
+    n_number = 0
     for name, column in _columns(variables):
         if len(columns) == MAX_COLUMNS:
             raise SettingError(f"{path}: expected at most {MAX_COLUMNS} columns, got more; save what is needed alone")
-        columns[name] = column
-    if sum(column.nbytes for column in columns.values()) > 8 * MAX_BYTES:
-        raise SettingError(
-            f"{path}: expected at most {8 * MAX_BYTES >> 20} MB of numbers, got more; save what is needed alone"
-        )
+        n_number += column.size
+        if n_number > MOST_UNPACKED // 8:
+            raise SettingError(
+                f"{path}: expected at most {MOST_UNPACKED >> 20} MB of numbers, got more; save what is needed alone"
+            )
+        columns[name] = column if column.dtype.kind == "c" else column.astype(float)
     _require_read(_unread(variables), columns, headings, path)
     if not columns:
         raise SettingError(f"{path}: expected numeric variables, got none")
@@ -88,7 +92,7 @@ def _require_whole(content: bytes, path: str) -> None:
     order = ENDIAN.get(content[HEADER - 2 : HEADER])
     if order is None:  # version 4 has no such header
         return
-    start = HEADER
+    start, left = HEADER, MOST_UNPACKED
     while start + 8 <= len(content):
         kind, size = struct.unpack_from(f"{order}II", content, start)
         body = content[start + 8 : start + 8 + size]
@@ -97,23 +101,32 @@ def _require_whole(content: bytes, path: str) -> None:
                 f"{path}: expected a .mat file that can be read, got one that is cut or damaged; save it again"
             )
         if kind == COMPRESSED:
-            _require_stream(body, path)
+            left -= _unpacked_size(body, left, path)
         start += 8 + size
 
 
-def _require_stream(body: bytes, path: str) -> None:
+def _unpacked_size(body: bytes, most: int, path: str) -> int:
+    """Bytes of a compressed variable, of which no more than a block is held at once; `SettingError` if they are more than `most` or end
+    early."""
     stream = zlib.decompressobj()
+    size, pending = 0, body
     try:
-        stream.decompress(body, 8 * MAX_BYTES)
+        while not stream.eof and size <= most:
+            unpacked = stream.decompress(pending, BLOCK)
+            pending = stream.unconsumed_tail
+            if not unpacked and not pending:
+                break
+            size += len(unpacked)
     except zlib.error as error:
         raise SettingError(
             f"{path}: expected a .mat file that can be read, got {quoted(error)}; save it again"
         ) from error
-    if not stream.eof:
-        got = "more" if stream.unconsumed_tail else "a variable that ends early"
+    if not stream.eof or size > most:
+        got = "more" if size > most else "a variable that ends early"
         raise SettingError(
-            f"{path}: expected whole variables of at most {8 * MAX_BYTES >> 20} MB, got {got}; save what is needed again"
+            f"{path}: expected whole variables of at most {MOST_UNPACKED >> 20} MB, got {got}; save what is needed again"
         )
+    return size
 
 
 def _columns(variables: dict[str, Any], prefix: str = "", depth: int = 1) -> Iterator[tuple[str, np.ndarray]]:
@@ -124,7 +137,7 @@ def _columns(variables: dict[str, Any], prefix: str = "", depth: int = 1) -> Ite
             record = value.reshape(-1)[0]
             yield from _columns({each: record[each] for each in value.dtype.names}, f"{prefix}{name}.", depth + 1)
         elif value.dtype.kind in "iufc" and value.ndim == 2:
-            yield from _of_matrix(f"{prefix}{name}", value if value.dtype.kind == "c" else value.astype(float))
+            yield from _of_matrix(f"{prefix}{name}", value)
         elif _is_cells(value):
             yield from _of_cells(f"{prefix}{name}", value)
 

@@ -1,0 +1,111 @@
+"""What an exam refuses fails in a sweep too, in one line each: values outside of limits, complex points, reserved names; and a library that
+starts processes works in both."""
+
+import subprocess
+import sys
+
+import pytest
+
+HEAD = """
+import multiprocessing
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ksmea import Method, Optimizer, setting
+from ksmea.identification.direct import Direct
+from ksmea.settings.settings import part
+"""
+METHOD = '''
+@dataclass(frozen=True)
+class Mine(Method):
+    """A search whose values are changed afterwards."""
+
+    optimizer: Optimizer = part("what searches")
+
+    def identify(self, problem, measurement, streams):
+        found = Direct(self.optimizer).identify(problem, measurement, streams)
+        return replace(found, x={change})
+'''
+OPTIMIZER = '''
+@dataclass(frozen=True)
+class Mine(Optimizer):
+    """Asks for points."""
+
+    {settings}
+
+    def minimize(self, objective, rng):
+        objective({points})
+        return objective.result()
+'''
+RANDOM = "rng.random((20, objective.dim))"
+POOL = '''
+def double(value):
+    return 2 * value
+
+@dataclass(frozen=True)
+class Mine(Optimizer):
+    """Has a pool of processes."""
+
+    def minimize(self, objective, rng):
+        with multiprocessing.Pool(2) as pool:
+            assert pool.map(double, range(8)) == [*range(0, 16, 2)]
+        objective(rng.random((20, objective.dim)))
+        return objective.result()
+'''
+EXAM = """
+if __name__ == "__main__":
+    from ksmea.testing import check_optimizer
+    check_optimizer(Mine(), distance=1.0)
+"""
+
+
+def sweep(shell, folder, text, *words):
+    (folder / "mine.py").write_text(HEAD + text + EXAM)
+    return shell("plugins=[mine.py]", *words, "repetitions=1", "workers=1", cwd=folder, output="results/run")
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ("2 * problem.parameters.upper", "method: expected values within their search limits, got another of kxx"),
+        ("found.x * np.nan", "method: expected values within their search limits, got another of kxx"),
+        ("found.x + 0j", "method: expected 5 real values, got (5,) of type complex128"),
+        ("found.x[:3]", "method: expected 5 real values, got (3,) of type float64"),
+    ],
+)
+def test_values_outside_of_limits_are_a_failed_run(change, line, shell, tmp_path):
+    change = change.replace("problem.parameters.upper", "problem.parameters.to_si(np.ones(5))")
+    ended = sweep(shell, tmp_path, METHOD.format(change=change), "method=mine", "optimizer=random_search")
+    assert ended.code == 1 and "1 of 1 failed" in ended.out and line in ended.out
+
+
+@pytest.mark.parametrize(
+    ("points", "line"),
+    [
+        (f"{RANDOM} + 0.1j", "objective: expected real points, got complex ones"),
+        (f"3 * {RANDOM}", "objective: expected coordinates from 0 to 1, got one that is"),
+    ],
+)
+def test_points_outside_of_the_cube_are_a_failed_run(points, line, shell, tmp_path):
+    ended = sweep(shell, tmp_path, OPTIMIZER.format(settings="", points=points), "method=direct", "optimizer=mine")
+    assert ended.code == 1 and "1 of 1 failed" in ended.out and line in ended.out
+
+
+@pytest.mark.parametrize("name", ["name", "check", "parts", "seeded", "fingerprint"])
+def test_reserved_names_are_refused_in_one_line_by_sweep_and_exam(name, shell, tmp_path):
+    settings = f"{name}: str = setting('OnePlusOne', 'name in the library')"
+    ended = sweep(
+        shell, tmp_path, OPTIMIZER.format(settings=settings, points=RANDOM), "method=direct", "optimizer=mine"
+    )
+    line = f"Mine: expected another name of a setting than '{name}', "
+    assert ended.code == 2 and line in ended.err and ended.err.count("\n") == 1
+    exam = subprocess.run([sys.executable, "mine.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert exam.returncode and line in exam.stderr.splitlines()[-1]
+
+
+def test_a_library_that_starts_processes_works_in_sweep_and_exam(shell, tmp_path):
+    ended = sweep(shell, tmp_path, POOL, "method=direct", "optimizer=mine")
+    assert ended.code == 0, ended.out
+    exam = subprocess.run([sys.executable, "mine.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "one_process_returns" not in exam.stderr and "daemonic" not in exam.stderr, exam.stderr

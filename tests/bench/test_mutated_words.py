@@ -1,0 +1,32 @@
+"""Mutated command lines: planned, done or refused in one line; never a traceback, never for ever. Experiments are planned and not run."""
+
+import time
+
+import pytest
+from hydra.core.global_hydra import GlobalHydra
+
+from bench import main
+from bench.jobs import offers
+from mutated_words import mutated
+
+N_LINE = 120
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_mutated_command_lines(block, tmp_path, monkeypatch, capsys):
+    planned = offers.dealt
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["bench"])
+    monkeypatch.setattr(offers, "dealt", lambda experiment: planned(experiment) and [])
+    for seed in range(block * N_LINE // 4, (block + 1) * N_LINE // 4):
+        started = time.monotonic()
+        try:
+            code = main.run(mutated(seed))
+        finally:
+            GlobalHydra.instance().clear()
+        printed = capsys.readouterr()
+        assert code in (0, 1, 2), (seed, printed.err)
+        assert "Traceback" not in printed.err, seed
+        if code == 2:
+            assert printed.err.startswith("error: ") and printed.err.count("\n") == 1, (seed, printed.err)
+        assert time.monotonic() - started < 60, seed
