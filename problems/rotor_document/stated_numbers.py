@@ -96,7 +96,7 @@ def deviation(block: Block, key: str, value: Any) -> float:
 
 
 def _shown(path: Path) -> str:
-    """As errors name it: disks[2].mass."""
+    """Path of a number in errors, such as disks[2].mass."""
     return "".join(_steps(path)).removeprefix(".")
 
 

@@ -144,7 +144,7 @@ class _Reader:
         return float(stated.value) * self.unit(stated).si
 
     def target(self, stated: StatedNumber) -> tuple[Target, str] | None:
-        """What a number of a bearing, a support or an unbalance sets, and in words; None: it is none of these."""
+        """Target that a number of a bearing, a support or an unbalance sets, and its name in words; None for any other number."""
         thing, index, *rest = stated.path
         if not isinstance(index, int):
             return None
@@ -159,7 +159,7 @@ class _Reader:
         return None
 
     def places(self, stated: StatedNumber) -> tuple[tuple[Place, ...], str]:
-        """Where the rotor has a number, and its name in words."""
+        """Places of a number in the rotor, and its name in words."""
         thing, index, *rest = stated.path
         key = stated.key
         words = key.replace("_", " ")

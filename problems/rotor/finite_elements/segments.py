@@ -182,7 +182,7 @@ class CouplingSegment:
         return dataclasses.replace(self, **changed)
 
     def ends(self) -> tuple[Disk, Disk]:
-        """What its ends carry."""
+        """Masses and inertias at its ends."""
         left, right = (
             Disk(0.0, *parts, is_lumped=True)
             for parts in zip(self.masses, self.polar_inertias, self.diametral_inertias, strict=True)
