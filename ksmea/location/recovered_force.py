@@ -87,7 +87,7 @@ class RecoveredForce:
 
 
 def recovered_force(fit: SiteFit, rng: np.random.Generator, n_draw: int = N_DRAW) -> RecoveredForce:
-    """What is unknown at a site, as fitted, and draws of it. Noise that is not known is as large as what this site leaves."""
+    """Unknown quantity at a site, as fitted, and draws of it. If the noise is not known, it is as large as the site's residuals."""
     point, sd = fit.point, fit.likelihood.sd[..., None]
     adjoint = np.conj(np.swapaxes(point.basis, 1, 2))
     solve = np.linalg.inv(adjoint @ (point.columns / sd)) @ adjoint  # Ã⁺ (n_speed, k, n_channel)

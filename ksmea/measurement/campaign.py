@@ -173,12 +173,12 @@ class Campaign:
         )
 
     def with_counts(self, counts: Sequence[int]) -> Campaign:
-        """The same runs with other numbers of speeds, which may be 0."""
+        """This campaign with other numbers of speeds in its runs, which may be 0."""
         runs = (dataclasses.replace(run, n_speed=int(count)) for run, count in zip(self.runs, counts, strict=True))
         return dataclasses.replace(self, runs=tuple(runs))
 
     def part(self, indices: Indices) -> Campaign:
-        """What is left of the runs at some of the speeds, by rising index."""
+        """The campaign at some of its speeds, by rising index."""
         return self.with_counts([np.sum((indices >= rows.start) & (indices < rows.stop)) for rows in self.rows])
 
 

@@ -61,12 +61,12 @@ class ProblemProxy(Problem):
         return self.around(self.behind.with_unknown_unbalance(position, names, at_most))
 
     def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
-        """As the one behind without loads; with them by differences, as it is made of its own members."""
+        """Whether the problem behind does, without loads; with loads False, as the derivative is then made of its own members."""
         return not loads and self.behind.linearises_cheaply()
 
     @property
     def unknown_impedances(self) -> tuple[UnknownImpedance, ...]:
-        """Those behind, where unknowns and runs are the same."""
+        """Unknown impedances of the problem behind if unknowns and runs are the same, else empty."""
         same = self.parameters.names == self.behind.parameters.names and self.campaign == self.behind.campaign
         return self.behind.unknown_impedances if same else ()
 
