@@ -93,7 +93,7 @@ class CampaignFile(MeasurementSource):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was left out of the files, in words."""
+        """Remarks on data of the files that were left out."""
         names = [entry.name for entry in self._document.runs]
         of_runs = (f"run {name}: {remark}" for name, run in zip(names, self._runs) for remark in run.remarks)
         others = dict.fromkeys(name for rows in self._rows.values() for name in rows.run or () if name not in names)
@@ -153,7 +153,7 @@ class CampaignFile(MeasurementSource):
 
     @cached_property
     def _contents(self) -> dict[str, bytes]:
-        """What each data file holds."""
+        """Content of each data file, by its name."""
         return {
             entry.file: inside(entry.block, "file", partial(read_bytes, entry.file)) for entry in self._document.runs
         }

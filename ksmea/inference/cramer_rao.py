@@ -99,8 +99,8 @@ def identifiability(
 ) -> Identifiability:
     """Information of data of a kind ('amplitude' or 'complex') with this noise about the unknowns at x (d,), SI.
 
-    If the noise level is not known, it is reduced by the part needed to estimate the relative part and the floor of the noise. If
-    numbers of the problem are known to a tolerance, it is reduced by their part as well, except for names in `exact`. `beside` are
+    If the noise level is not known, the relative part and the floor of the noise are nuisance parameters. Numbers of the problem
+    that are known to a tolerance are nuisance parameters as well, except for names in `exact`. `beside` are
     the values of all unknowns of the joint problem, used in place of x and these numbers as stated.
     """
     parameters, joint = problem.parameters, problem.joint

@@ -1,11 +1,11 @@
-"""Where something acts that the model lacks: at which sites an unknown force, moment or reading explains the data.
+"""Location of something that the model lacks: sites at which an unknown force, moment or reading explains the data.
 
 1. At each site the model with something unknown there (`unknown_force`) is fitted from several starts, then twice from
-   the best unknowns that were found at any site: what is wrong moves the unknowns of the plain model by far more than it
-   moves those of the true site.
-2. The noise, where it is not known, is that of the site that needs least of it (`restricted_noise`), and the same for all
-   sites: else a wrong site would be excused by noise of its own making. Each site's weights come from its fitted response:
-   those from the data favour what is measured too small.
+   the best unknowns that were found at any site: the fault moves the unknowns of the plain model by far more than the unknowns
+   of the model with the true site.
+2. The noise, if it is not known, is taken from the site that needs least of it (`restricted_noise`), for all sites: otherwise a
+   wrong site would be excused by noise of its own making. Each site's weights come from its fitted response: weights from the data
+   favour values that are measured too small.
 3. Each site is tested on its own (`site_quality`). Sites are not nested in each other, so that differences of their
    deviances have no χ² distribution.
 
@@ -53,7 +53,7 @@ SCREENED_STARTS = 12
 
 @dataclass(frozen=True)
 class Location:
-    """Sites with their fits and tests; `plain` is the model with nothing unknown. `noise` is that of all fits."""
+    """Sites with their fits and tests; `plain` is the model with nothing unknown. `noise` is common to all fits."""
 
     sites: tuple[SiteFit, ...]
     qualities: tuple[SiteQuality, ...]
@@ -70,7 +70,7 @@ class Location:
 
     @property
     def ranked(self) -> list[int]:
-        """Indices of all sites: behind those that are accepted the others, the one that leaves least first."""
+        """Indices of all sites: first the accepted ones, then the others by rising residuals."""
         others = set(range(len(self.sites))) - set(self.accepted)
         return [*self.accepted, *sorted(others, key=lambda index: self.sites[index].point.excess)]
 
@@ -128,7 +128,7 @@ def require_enough(problem: Problem, kind: str) -> None:
 
 def missing_to_locate(problem: Problem, kind: str) -> str:
     """Deficit of data of a kind, at a problem's speeds and channels, that keeps them from distinguishing an unknown force from
-    anything else; empty if there is no such deficit."""
+    anything else; empty if the data are enough."""
     if not problem.takes_loads:
         return "a problem that takes no loads"
     n_channel = len(problem.channels)

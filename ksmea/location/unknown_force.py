@@ -1,17 +1,17 @@
 """A model with something unknown in it that is free at every speed: a force at a site, a moment, or a reading at a plane.
 
-At one speed, with y (n_channel,) the measured response and q(x) that of the model with unknowns x,
+At one speed, with y (n_channel,) the measured response and q(x) the response of the model with unknowns x,
 
     y = q(x) + A(x) f + noise,
 
 where A (n_channel, k) is the response to unit forces in x and y at the site – or picks the probes of a plane – and f (k,)
 is complex and may be anything. Whatever acts there, linear or not, has this form at the true x as far as it turns with
-the shaft. f enters linearly and is eliminated speed by speed (variable projection): with s the noise, what is left,
+the shaft. f enters linearly and is eliminated speed by speed (variable projection): with s the noise, the projected residual
 
     r(x) = (1 − Ã Ã⁺) (q − y) / s,    Ã = A / s,
 
-depends on x alone. Its Jacobian is that of q + A f with f held, projected alike (Kaufman's approximation, which leaves the
-gradient exact).
+depends on x alone. Its Jacobian is the Jacobian of q + A f with f held, projected alike (Kaufman's approximation, which leaves
+the gradient exact).
 
 G. H. Golub and V. Pereyra, Inverse Problems 19 (2003) R1–R26, doi 10.1088/0266-5611/19/2/201; L. Kaufman, BIT 15 (1975)
 49–57, doi 10.1007/BF01932995.

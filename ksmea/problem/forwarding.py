@@ -13,9 +13,10 @@ from ksmea.problem.response_structure import UnknownImpedance
 
 
 class ProblemProxy(Problem):
-    """Base of problems that see to what another one, `behind`, is asked. Members of the contract that a subclass leaves out
-    are those of the problem behind; `linearised`, `response_and_per_load` and `linearised_per_load` are made of its own members. One
-    with unknowns of its own makes of its own members too what the contract makes of others."""
+    """Base of proxies for another problem, `behind`: forwards every member of the contract that a subclass does not override.
+
+    `linearised`, `response_and_per_load` and `linearised_per_load` are made of the proxy's own members. A proxy with unknowns of
+    its own must also make of its own members whatever the contract makes of others."""
 
     @property
     @abstractmethod
@@ -23,7 +24,7 @@ class ProblemProxy(Problem):
 
     @abstractmethod
     def around(self, behind: Problem) -> Problem:
-        """The same before another problem: the one behind, changed."""
+        """This proxy for another problem: the one behind, changed."""
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         return self.around(self.behind.at(speed, channels))

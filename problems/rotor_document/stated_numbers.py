@@ -36,7 +36,7 @@ class StatedNumber:
 
 
 def split(document: Block) -> tuple[Block, list[StatedNumber]]:
-    """A document with plain numbers, and those that are not exact."""
+    """A document with plain numbers, and its numbers that are not exact."""
     found: list[StatedNumber] = []
     values = {
         key: value if key in NOT_HERE else _plain(document, (key,), value, found)

@@ -94,8 +94,8 @@ OF_TOLERANCES = {"probe_position": "length", "direction": "angle"}
 
 @dataclass(frozen=True)
 class Inexact:
-    """Unknowns that the numbers of a file make: of bearings and unbalance, of the rotor and of its probes, to be searched; and those that
-    are known to a tolerance."""
+    """Unknowns that the numbers of a file make: of bearings and unbalance, of the rotor and of its probes, to be searched; and numbers
+    that are known to a tolerance."""
 
     unknowns: tuple[Unknown, ...] = ()
     numbers: tuple[RotorNumber, ...] = ()
@@ -317,7 +317,7 @@ def _probes(
 
 
 def read_tolerances(document: Block, units: Units) -> Tolerances:
-    """`tolerances: typical`, or a map of those that differ from it; none of a file without the key."""
+    """`tolerances: typical`, or a map of the tolerances that differ from it; `NONE` for a file without the key."""
     if "tolerances" not in document.values:
         return NONE
     if isinstance(document.values["tolerances"], str):

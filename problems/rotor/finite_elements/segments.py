@@ -205,7 +205,7 @@ class RingSize:
 
 @dataclass(frozen=True)
 class Disk:
-    """A rigid disk fixed to a node of the shaft, or a lumped mass, which may have inertias alone. With an `offset` it sits beside its
+    """A rigid disk fixed to a node of the shaft, or a lumped mass, which may have inertias alone. With an `offset` it sits off its
     node, and moves as the shaft there."""
 
     position: float  # m, of its node
