@@ -94,7 +94,7 @@ class CampaignFile(MeasurementSource):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was left out of the files, in words."""
+        """Remarks on data of the files that were left out."""
         names = [entry.name for entry in self._document.runs]
         of_runs = (f"run {name}: {remark}" for name, run in zip(names, self._runs) for remark in run.remarks)
         others = dict.fromkeys(name for rows in self._rows.values() for name in rows.run or () if name not in names)

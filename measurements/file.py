@@ -118,7 +118,7 @@ class File(Answers, MeasurementSource):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was decided of the file and left out of it, in words."""
+        """Remarks on what was decided about the file and left out of it."""
         alone = () if self.kind == "complex" else (AMPLITUDES_ALONE,)
         return (*self._prepared[1], *self._run_up.remarks, *alone)
 
@@ -132,13 +132,13 @@ class File(Answers, MeasurementSource):
         return hashlib.sha256(self._bytes).hexdigest()[:16]
 
     def layout(self, settings: ProblemSettings) -> Layout:
-        """The file's speeds and channels; where it has phases, their origin is not known."""
+        """Speeds and channels of the file; if it has phases, their origin is not known."""
         run_up = self._run_up
         lines = tuple(f"{self.path} line {line}" for line in run_up.first_lines)
         return Layout(run_up.speed, run_up.channels, self.kind, self.path, phase_known=False, locations=lines)
 
     def read(self) -> Measurement:
-        """What the file holds."""
+        """The measurement in the file."""
         run_up, name = self._run_up, Path(self.path).name
         return Measurement(
             run_up.speed,
@@ -180,7 +180,7 @@ class File(Answers, MeasurementSource):
 
     @cached_property
     def _prepared(self) -> tuple[Rows, tuple[str, ...]]:
-        """The rows after what the settings ask for, one after the other, and the remarks on all that."""
+        """The rows after all steps that the settings request, one after the other, and the remarks on these steps."""
         rows, read_remarks, is_compensated = self._read_rows
         remarks: list[str | None] = [*read_remarks]
         if self.sweep not in (None, ANY):

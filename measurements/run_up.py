@@ -23,7 +23,7 @@ ChannelCells = tuple[float, str, float]  # position (m), direction, harmonic
 
 @dataclass(frozen=True)
 class RunUp:
-    """What a file says, SI, speeds rising; `first_lines` is where each channel stands first."""
+    """Contents of a file, SI, speeds rising; `first_lines` are the lines in which each channel appears first."""
 
     speed: Array  # (n_speed,) rad/s
     channels: tuple[Channel, ...]

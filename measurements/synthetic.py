@@ -151,8 +151,8 @@ class Synthetic(MeasurementSource):
         return self._layout(settings.build())
 
     def true_values(self, settings: ProblemSettings) -> dict[str, float]:
-        """True value of every unknown by name, SI; 0 for those that this measurement brings along. Raises `SettingError`
-        where there are no such data: a name or a location is missing, or the rotor is unstable."""
+        """True value of every unknown by name, SI; 0 for unknowns that this measurement adds. Raises `SettingError` if such data
+        cannot be made: a name or a location is missing, or the rotor is unstable."""
         values, rng = self._values(settings), np.random.default_rng(0)
         if self.expected_drop is None:
             self._hide(settings, values, rng)
@@ -203,7 +203,7 @@ class Synthetic(MeasurementSource):
 
     @property
     def parts(self) -> list[Any]:
-        """The plugins that the data are made by, besides the problem."""
+        """Plugins other than the problem that the data are made with."""
         return [registry.create("effect", name, {}) for name in self.hidden]
 
     def response(
@@ -219,7 +219,7 @@ class Synthetic(MeasurementSource):
         return problem.response(x[None])[0] if self.route == "reduced" else problem.dense_response(x[None])[0]
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
-        """What data drawn by `hidden` hide: name, location, and values in their units."""
+        """Effects that data drawn by `hidden` hide: name, location, and values in their units."""
         effects = self._hide(settings, self._values(settings), hidden)
         return tuple(HiddenEffect(each.name, str(each.effect), _true_values(each)) for each in effects)
 
@@ -234,8 +234,8 @@ class Synthetic(MeasurementSource):
     def _hide(
         self, settings: ProblemSettings, truth: Mapping[str, float], rng: np.random.Generator
     ) -> Sequence[Hidden]:
-        """The effects that data of a problem hide, at the true values (SI) of its own unknowns. What was drawn last is kept: sizes
-        by a deviance take fits, and a run asks for its measurement, for what that hides and for a problem with it."""
+        """Effects that data of a problem hide, at the true values (SI) of its own unknowns. The last ones drawn are kept: sizes by a
+        deviance require fits, and a run needs its measurement, the hidden effects and a problem with them."""
 
         def drawn() -> tuple[Sequence[Hidden], Mapping[str, Any]]:
             return self._effects(self._machine(settings), self._seen(settings), truth, rng), rng.bit_generator.state
@@ -305,7 +305,7 @@ class Synthetic(MeasurementSource):
         return aligned(problem, self._layout_of_one(problem))
 
     def _seen(self, settings: ProblemSettings) -> Measurement:
-        """What is measured, all values 0: runs and channels, by which effects say how they act."""
+        """The measurement with all values 0: its runs and channels, by which effects say how they act."""
         layout = self._layout(self._source(settings).build())
         values = Observable(self.kind).seen(np.zeros((len(layout.speed), len(layout.channels)), dtype=complex))
         return Measurement(layout.speed, layout.channels, values, None, layout.source, campaign=layout.campaign)

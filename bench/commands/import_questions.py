@@ -26,8 +26,8 @@ SETTING = re.compile(rf"(?<![\w.-])(?:measurement\.)?({NAMES})=(?:\[([^\]]*)\]|(
 
 
 def asked(opened: Opened, given: Mapping[str, Any]) -> Asked[File]:
-    """What neither the file nor the options say; the file is read once. Raises `SettingError` where there is no such file, or the options cannot be used
-    anyway."""
+    """Questions that neither the file nor the options answer; the file is read once. Raises `SettingError` if there is no such file,
+    or the options cannot be used anyway."""
     settings = {name: value for name, value in given.items() if name != OUT}
     if settings.get(SWEEP) == BOTH:
         settings[SWEEP] = UP
@@ -91,7 +91,7 @@ def in_options(said: str) -> str:
 
 
 def _places(questions: Sequence[Question]) -> Iterator[str]:
-    """Answers that only the user has; what the file suggests is none."""
+    """Answers that only the user has, without suggestions of the file."""
     for each in questions:
         yield from () if each.is_suggested else each.shown
 

@@ -91,8 +91,8 @@ class Diagnose(DiagnosisOptions, Study):
 
 
 def _hidden_deviance_drop(setup: Setup, draw: Draw, case: Case, found: DiagnosisRecord) -> float | None:
-    """The deviance drop from the baseline model's fit to that of the model that made the data, fitted from its true values:
-    how clearly visible is what the data hide. None where nothing is hidden."""
+    """Deviance drop from the baseline model's fit to the fit of the model that made the data, started from its true values: how
+    clearly the hidden effects show in the data. None if nothing is hidden."""
     truth, baseline = setup.with_hidden(draw), found.lack_of_fit.before.deviance
     if truth is None or baseline is None:
         return None

@@ -77,12 +77,12 @@ MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model 
 @dataclass(frozen=True)
 class Diagnosis:
     """The findings; `trials` are ranked, `named` and `ambiguity_group` are names of effects, `best` is the extended fit
-    that the verdict speaks of (None without one) with its effects in `applied`.
+    of the verdict (None without one) with its effects in `applied`.
 
-    `explanations` are the best one and those that explain the data about as well, effects or pairs at all their locations:
-    ΔBIC ≤ 6, or a deviance as low, whatever BIC charges for their unknowns. The ambiguity group holds the names of their
-    effects, the named ones first. `locations` are those where the best one explains the data about as well.
-    `collinearity` is the cosine between what the best effect does to the data and what each other one can do.
+    `explanations` are the best one and all that fit about as well, effects or pairs at all their locations: ΔBIC ≤ 6, or a
+    deviance as low, whatever the BIC penalty of their unknowns. The ambiguity group holds the names of their effects, the named
+    ones first. `locations` are the locations at which the best one explains the data about as well. `collinearity` is the cosine
+    between the change of the data by the best effect and the nearest change that each other one can make.
     """
 
     verdict: str

@@ -81,7 +81,7 @@ def _left_of_effect(fit: Fit, problem: Problem, n_effect: int) -> Array:
 
 
 def _without(effect: Array, others: Array, of_noise: Array) -> Array:
-    """An effect's sensitivity when the other unknowns and the noise level are fitted along."""
+    """An effect's sensitivity if the other unknowns and the noise level are also fitted."""
     return projected(effect, _scaled(np.hstack([others, of_noise])))
 
 
@@ -103,15 +103,15 @@ def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
 
 
 def _noncentrality(n_unknown: int, level: float) -> float:
-    """Of χ² with so many degrees of freedom, such that it exceeds its `level` quantile with probability POWER."""
+    """Noncentrality of χ² with so many degrees of freedom, such that it exceeds its `level` quantile with probability POWER."""
     critical = scipy.stats.chi2.isf(level, n_unknown)
     return float(brentq(lambda value: scipy.stats.ncx2.sf(critical, n_unknown, value) - POWER, 1e-3, 1e4))
 
 
 def collinearity(trial: Trial, other: Candidate) -> float:
     """Collinearity of an effect, as fitted, with another: the cosine between its change of the data and the nearest change
-    that the other makes, everything else being fitted along. At 1 the data cannot tell them apart; it is 0 of two that cannot
-    act together, of which it says nothing."""
+    that the other makes, if everything else is fitted too. At 1 the data cannot distinguish them. For two effects that cannot
+    act together it is 0 and says nothing."""
     if (problem := other.beside(trial.fit.problem)) is None:
         return 0.0
     n_other = len(other.effect.parameters(trial.fit.problem.machine))

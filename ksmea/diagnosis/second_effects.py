@@ -1,19 +1,19 @@
 """Second effects: pairs of effects for data that one effect does not explain.
 
-A second effect is fitted beside a first one at every place but the first one's own, so that one effect may act at two places.
-The cost is bounded, so that a search in vain ends:
+A second effect is added to a first one at every place but the first one's own, so that one effect may act at two places.
+The cost is bounded, so that an unsuccessful search ends:
 
-1. Every pair is fitted for a few iterations from the fit of its first effect. Where that leaves noise, it is fitted to the end,
-   and left out unless the deviance falls by more than ln n, which is what BIC charges for one unknown: less could not come near
-   a pair that BIC prefers to the first effect.
-2. The best `Effort.pairs` of them are fitted to the end, equally many beside each first effect.
-3. Where the first effect leaves more than noise, as many of the best whose second effect is scanned as a first one are scanned:
-   its values all over their limits, the first effect where it is fitted. One that leaves noise hides no second effect so large
-   that only a scan would find it: a small one is near 0, where fits start.
-4. A fit from a scan that is far worse than the one from nearby after a few iterations is left there.
-5. Beside a first effect that is not linear in the motion only the few that promise most by their first step are fitted, and none is
-   scanned: a scan of one took minutes.
-6. First effects that predict the same data are one. `alternatives` puts the others in their place, beside the best pair.
+1. Every pair is fitted for a few iterations from the fit of its first effect. If the residuals of that fit are noise, the pair is
+   fitted to convergence, and left out unless the deviance falls by more than ln n, the BIC penalty of one unknown: with a smaller
+   drop it could not come near a pair that BIC prefers to the first effect.
+2. The best `Effort.pairs` of them are fitted to convergence, equally many for each first effect.
+3. If the residuals of the first effect are more than noise, as many of the best pairs are scanned, provided that their second effect
+   is scanned as a first one: its values all over their limits, the first effect as fitted. A first effect with only noise in its
+   residuals hides no second effect so large that only a scan would find it: a small one is near 0, where fits start.
+4. A fit from a scan that is far worse than the one from nearby after a few iterations is not continued.
+5. With a first effect that is not linear in the motion, only the few pairs with the largest deviance drop predicted by their first
+   step are fitted, and no pair is scanned: a scan of one took minutes.
+6. First effects that predict the same data count as one. `alternatives` tries the others in their place, in addition to the best pair.
 
 p of a second effect is corrected for the number of all pairs that were tried.
 """
@@ -44,8 +44,8 @@ from ksmea.fits.search import Effort, Search
 from ksmea.fits.starts import screened
 
 PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
-COSTLY = 4  # second effects, the most promising, beside a first one that is not linear in the motion
-PROMISING = 25.0  # deviance by which a pair may be worse than the best after a few iterations, to be fitted to the end
+COSTLY = 4  # second effects, by predicted deviance drop, with a first one that is not linear in the motion
+PROMISING = 25.0  # deviance by which a pair may exceed the best after a few iterations, to be fitted to convergence
 
 
 def pairs_beside(
@@ -57,7 +57,7 @@ def pairs_beside(
     is_scanned: bool,
 ) -> list[Explanation]:
     """Pairs of one of the first effects and any other candidate, highest ΔBIC first; with `is_scanned` second effects are
-    scanned. Without, the first effect leaves noise, and pairs are left out whose deviance falls by less than ln n."""
+    scanned. Without, the residuals of the first effects are noise, and pairs whose deviance falls by less than ln n are omitted."""
     n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, search.effort.pairs // len(firsts))
     found = []
     for first in firsts:
@@ -74,8 +74,8 @@ def pairs_beside(
 
 
 def distinct_firsts(significant: Sequence[Trial], count: int) -> list[Trial]:
-    """The best effects, each at its best location, whose predictions differ: those that predict the same leave the same to a
-    second one."""
+    """The best effects, each at its best location, whose predictions differ: effects with the same predictions leave the same
+    residuals to a second one."""
     found: list[Trial] = []
     for trial in best_by_name(significant).values():
         if len(found) < count and all(_differ(trial.fit, other.fit) for other in found):
@@ -90,8 +90,8 @@ def _differ(fit: Fit, other: Fit) -> bool:
 
 
 def alternatives(best: Explanation, firsts: Sequence[Trial], search: Search, n_candidate: int) -> list[Explanation]:
-    """Pairs that come near the best one with another effect in place of one of its two: the other one is fitted beside each
-    of the first effects. `n_candidate` is the number of all pairs that p is corrected for."""
+    """Pairs that come near the best one with another effect in place of one of its two: the other one is fitted together with
+    each of the first effects. `n_candidate` is the number of all pairs that p is corrected for."""
     found = []
     for first in firsts:
         kept = [candidate for candidate in best.applied if candidate != first.candidate]
@@ -104,8 +104,8 @@ def alternatives(best: Explanation, firsts: Sequence[Trial], search: Search, n_c
 def _quick(
     first: Trial, candidates: Sequence[Candidate], search: Search, n_candidate: int, limit: float = np.inf
 ) -> list[Trial]:
-    """Second effects beside a first one, fitted for a few iterations; with a limit of the deviance, those that come below it, as
-    long as they may."""
+    """Second effects added to a first one, fitted for a few iterations; with a limit of the deviance, fitted for up to
+    TRIAL_ITERATIONS iterations, and only the effects that come below the limit."""
     return fitted(
         first.fit,
         candidates,
@@ -118,7 +118,7 @@ def _quick(
 
 
 def _is_costly(first: Trial) -> bool:
-    """Whether a first effect is not linear in the motion: beside it a response takes a tenth of a second."""
+    """Whether a first effect is not linear in the motion: with it a response takes a tenth of a second."""
     return first.fit.problem.parameters.makes_jumps
 
 
@@ -135,7 +135,7 @@ def _scans(
 
 
 def _ended(first: Trial, n_candidate: int, second: Trial) -> Trial:
-    """A second effect's trial, its fit gone on with to its end."""
+    """A second effect's trial, with its fit continued to convergence."""
     return trial_of(second.candidate, finished(second.fit), first.fit, n_candidate)
 
 
@@ -147,8 +147,8 @@ def _around(first: Fit, baseline: BaselineFits, effort: Effort) -> BaselineFits:
 
 
 def each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> list[Trial]:
-    """The trials anew where an effect of a pair fits better alone from where the pair does, none where none does: a first effect that was
-    left in a lower maximum is lifted out of it by whatever second one, which is then no evidence for that."""
+    """All trials, ranked again, if an effect of a pair alone fits better when started from the values of the pair; else empty. Any
+    second effect lifts a first one out of a lower maximum that it was left in, which is not evidence for the second one."""
     if len(best.applied) < 2:
         return []
     better = [_from_pair(trial, best.fit, baseline, len(trials)) for trial in trials if trial.candidate in best.applied]
@@ -160,7 +160,7 @@ def each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> lis
 
 
 def _from_pair(trial: Trial, pair: Fit, baseline: Fit, n_candidate: int) -> Trial | None:
-    """A trial fitted from the values of a pair, where that is better and stable."""
+    """A trial fitted from the values of a pair; None unless that fit is better and stable."""
     problem, known = trial.fit.problem, dict(zip(pair.problem.parameters.names, pair.x))
     x = np.array([known.get(name, 0.0) for name in problem.parameters.names])
     fit = fit_from_values(baseline.case.by(problem), x)

@@ -115,7 +115,7 @@ class Fit:
 
     @property
     def known(self) -> tuple[object, ...]:
-        """What further fits may have of this one: processes that share them need not send it back."""
+        """Objects of this fit that further fits may contain: processes that share the fits need not send them back."""
         return self, self.problem, self.likelihood, self.measurement
 
     def response(self) -> ComplexArray:
@@ -136,7 +136,7 @@ class BaselineFits:
         return BaselineFits(better, (self.best, *self.others), self.screened)
 
     def refitted(self, measurement: Measurement) -> BaselineFits:
-        """The same with the noise of another measurement of the same values."""
+        """These fits with the noise of another measurement of the same values."""
         best, *others = (refitted(fit, measurement) for fit in (self.best, *self.others))
         return BaselineFits(best, tuple(others), self.screened)
 
@@ -183,7 +183,7 @@ def _end(fit: Fit) -> float:
 
 
 def polished(fit: Fit) -> Fit:
-    """The same fit, converged, with the best noise."""
+    """This fit, converged, with the best noise."""
     return Fit(fit.likelihood, _polished(fit.likelihood, fit.point))
 
 
@@ -201,20 +201,20 @@ def settled(fit: Fit, level: float, workers: Workers = ALONE) -> tuple[Fit, Esti
 
 
 def fit_nearby(problem: Problem, baseline: Fit, max_iterations: int = TRIAL_ITERATIONS, below: float = np.inf) -> Fit:
-    """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
-    from where the baseline model fits. Here and in what follows a fit is given up where it would not come `below` a deviance."""
+    """Fit of a problem whose last unknowns belong to effects (0: no effect), together with all others, from the fit of the baseline
+    model. Here and in the functions below a fit is given up if it would not come `below` a deviance."""
     return fit_on(nearby(problem, baseline), baseline, max_iterations, below)
 
 
 def nearby(problem: Problem, baseline: Fit) -> Fit:
-    """Where such a fit starts."""
+    """Start of `fit_nearby`."""
     likelihood = likelihood_of(baseline.case.by(problem))
     start = np.clip(start_nearby(problem, baseline), likelihood.lower, likelihood.upper)
     return Fit(likelihood, likelihood.at(start))
 
 
 def promised_from(start: Fit) -> float:
-    """By how much the first step from a start promises to lower the deviance."""
+    """Deviance drop predicted for the first step from a start."""
     return promised(start.likelihood, start.point)
 
 
@@ -224,14 +224,17 @@ def fit_on(start: Fit, baseline: Fit, max_iterations: int = TRIAL_ITERATIONS, be
 
 
 def start_nearby(problem: Problem, baseline: Fit) -> Array:
-    """θ (p,) where the baseline model fits, without any effect."""
+    """θ (p,) of the baseline model's fit, without any effect."""
     d = baseline.likelihood.d
     return np.concatenate([baseline.u, without_effects(problem, d), baseline.point.theta[d:]])
 
 
 def fit_along(case: Case, baseline: BaselineFits, path: Array, effort: Effort) -> Fit:
-    """The same from the best points on a path, fits at values (n, 1) SI of the effect's unknown, each from where the last one
-    ended, the first from where the baseline model fits; and from the best points of screenings at those of the last decade."""
+    """Fit of an effect with one unknown from the best points on a path and of screenings.
+
+    The path consists of fits at values (n, 1) SI of the effect's unknown, each from the end of the last one, the first from the
+    fit of the baseline model. Screenings are made at the values of the last decade.
+    """
     likelihood, d = likelihood_of(case), baseline.best.likelihood.d
     item = case.problem.parameters.items[d]
     values = (path - item.lower) / (item.upper - item.lower)
@@ -267,7 +270,7 @@ def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: flo
 
 
 def fit_from_points(case: Case, points: Array, effort: Effort, ceiling: float, below: float) -> Fit:
-    """The same from points (n, d) of the unit cube."""
+    """Fit of a case from points (n, d) of the unit cube."""
     likelihood = likelihood_of(case)
     starts = [likelihood.start(u) for u in points]
     return Fit(likelihood, _maxima(likelihood, starts, effort, ceiling, below)[0])

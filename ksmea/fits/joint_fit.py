@@ -1,9 +1,9 @@
 """Joint fits of unknowns and of numbers that are known to a tolerance.
 
 A search takes such numbers as stated, which makes its result wrong by many times the error of the noise; from there the maximum of the
-joint likelihood (`ksmea/likelihood/likelihood.py`) is a few steps away. If data see a number far more sharply than it is known, as
-Young's modulus beside sharp resonances, the likelihood has other maxima on the way: fits then start along the direction of these
-numbers that the data see best, too.
+joint likelihood (`ksmea/likelihood/likelihood.py`) is a few steps away. If the data determine a number far more sharply than its
+tolerance, as sharp resonances do Young's modulus, the likelihood has other maxima on the way. Fits then also start along the
+direction of these numbers that the data determine best.
 """
 
 from __future__ import annotations

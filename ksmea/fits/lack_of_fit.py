@@ -211,7 +211,7 @@ def as_left(measurement: Measurement, quality: FitQuality) -> Measurement:
 
 
 def with_noise_as_left(baseline: BaselineFits, level: float, rng: np.random.Generator) -> BaselineFits:
-    """The same fits with noise as the best of them leaves it, where that is all that speaks against it at `level`."""
+    """These fits with the noise level of the best one's residuals, if the lack-of-fit test at `level` rejects only the noise level."""
     measurement = baseline.best.measurement
     if measurement.noise is None:
         return baseline

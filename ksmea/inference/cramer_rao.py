@@ -22,7 +22,7 @@ from ksmea.problem.problem import Problem
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What data tell about the unknowns at x (d,), SI, as their whitened sensitivity J (m, d): JᵀJ is the Fisher
+    """Information of data about the unknowns at x (d,), SI, as their whitened sensitivity J (m, d): JᵀJ is the Fisher
     information. Directions are judged in changes relative to `scale` (d,): the values, or the range of the search for a zero
     and for an angle."""
 
@@ -37,8 +37,8 @@ class Identifiability:
 
     @property
     def crlb(self) -> Array:
-        """Cramér–Rao lower bound, 1 σ: the smallest standard deviation (d,) of an unbiased estimate, SI; infinite where
-        most of it comes from directions that the data do not tell."""
+        """Cramér–Rao lower bound, 1 σ: the smallest standard deviation (d,) of an unbiased estimate, SI; infinite if most of it
+        comes from directions that the data do not determine."""
         singular, directions = self._spectrum
         weighted = (directions / self._floored(singular)[:, None]) ** 2
         known = singular > UNKNOWABLE * singular[0]
@@ -52,7 +52,7 @@ class Identifiability:
 
     @property
     def worst_direction(self) -> Array:
-        """Unit vector (d,) of relative changes that the data tell least."""
+        """Unit vector (d,) of the relative changes that the data determine least."""
         return np.asarray(self._spectrum[1][-1])
 
     @property
@@ -63,7 +63,7 @@ class Identifiability:
 
     @property
     def correlation(self) -> Array:
-        """Correlation of the estimates (d, d) at the CRLB: ±1 where two unknowns can hardly be told apart."""
+        """Correlation of the estimates (d, d) at the CRLB: ±1 if two unknowns are indistinguishable."""
         singular, directions = self._spectrum
         weighted = directions / self._floored(singular)[:, None]
         covariance = weighted.T @ weighted
@@ -97,11 +97,11 @@ def identifiability(
     beside: Array | None = None,
     exact: Collection[str] = (),
 ) -> Identifiability:
-    """What data of a kind ('amplitude' or 'complex') with this noise would tell about the unknowns at x (d,), SI.
+    """Information of data of a kind ('amplitude' or 'complex') with this noise about the unknowns at x (d,), SI.
 
-    Where the noise's level is not known, what it takes to estimate its relative part and its floor is taken off; where numbers of the
-    problem are known to a tolerance, what these take, except for names in `exact`. `beside` are the values of all
-    unknowns of the joint problem, in place of x and these numbers as stated.
+    If the noise level is not known, the relative part and the floor of the noise are nuisance parameters. Numbers of the problem
+    that are known to a tolerance are nuisance parameters as well, except for names in `exact`. `beside` are
+    the values of all unknowns of the joint problem, used in place of x and these numbers as stated.
     """
     parameters, joint = problem.parameters, problem.joint
     values = joint_values(problem, joint, x) if beside is None else beside
@@ -118,7 +118,7 @@ def identifiability(
 
 
 def joint_sensitivity(joint: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True) -> Array:
-    """J (m, k) of data and priors, 1/SI: of all unknowns of a joint problem at x (d,) SI, then of the noise where its level is not
+    """J (m, k) of data and priors, 1/SI: of all unknowns of a joint problem at x (d,) SI, then of the noise if its level is not
     known."""
     parameters = joint.parameters
     response, slope = Model(joint).linearise(parameters.to_cube(x))

@@ -1,13 +1,13 @@
 """Confidence intervals of identified unknowns from the likelihood of the measurement.
 
 The deviance of the profile likelihood, D(θᵢ) = min over all other unknowns of −2 ln L, rises from its minimum to both
-sides. The interval holds all values of θᵢ at which it has risen by less than `ksmea.inference.critical_rise`, or where data are few
-`ksmea.inference.critical_rise`. Where several maxima of the likelihood are as likely, it reaches from the lowest to the highest such
-value around any of them.
+sides. The interval holds all values of θᵢ at which it has risen by less than the critical rise c (`ksmea.inference.critical_rise`),
+which is simulated if data are few. If several maxima of the likelihood are as likely, it reaches from the lowest to the highest
+such value around any of them.
 
-Where the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton); that
-is checked at both ends, and where it fails by more than `REGULAR` of the width, or a search limit is in the way, they
-are found on the profile itself. A side on which the profile stays below c up to the limit is open.
+If the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton). That is checked at
+both ends. If it fails by more than `REGULAR` of the width, or a search limit is in the way, the ends are computed from the profile
+itself. A side on which the profile stays below c up to the limit is open.
 
 D. M. Bates and D. G. Watts, Nonlinear Regression Analysis and Its Applications (Wiley, 1988), chapter 6,
 doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (1988) 87–94, doi 10.2307/2347496.
@@ -94,7 +94,7 @@ class _Profile:
         self._settled: set[float] = set()
 
     def root(self, value: float) -> float:
-        """√(D − D̂) where the unknown has this value and all others suit it best, infinite where the model has no response."""
+        """√(D − D̂) at this value of the unknown, minimised over all others; infinite if the model has no response."""
         if value not in self._known:
             theta, higher = self._predicted(value)
             self._known[value] = self._maximised(theta) if np.isfinite(higher) else None
@@ -102,7 +102,7 @@ class _Profile:
         return np.inf if point is None else float(np.sqrt(max(point.deviance - self._lowest, 0.0)))
 
     def settled_root(self, value: float) -> float:
-        """The same where other levels of the noise are tried too: floor or none, the data often allow both."""
+        """As `root`, but other levels of the noise are tried too: the data often allow both a floor and none."""
         root, point = self.root(value), self._known[value]
         if point is not None and value not in self._settled:
             self._settled.add(value)
@@ -117,7 +117,7 @@ class _Profile:
         return value in self._known or self._predicted(value)[1] < FAR
 
     def _predicted(self, value: float) -> tuple[Array, float]:
-        """θ to start from (p,), and how much higher its deviance is than that of the nearest known point."""
+        """θ to start from (p,), and its deviance less the deviance of the nearest known point."""
         known = [point for point in self._known.values() if point is not None]
         near, *further = sorted(known, key=lambda point: abs(point.theta[self._index] - value))
         slopes = [self._tangent]
@@ -165,7 +165,7 @@ class _BetterMaximum(Exception):
 
 
 class _EvaluationsSpent(BudgetSpent):
-    """Those that the profiles of an unknown may take."""
+    """Raised if the profiles of an unknown need more evaluations than they may take."""
 
 
 class _Limited:
@@ -179,7 +179,7 @@ class _Limited:
 
     @property
     def is_spent(self) -> bool:
-        """Whether it was asked for more."""
+        """Whether more evaluations than allowed were requested."""
         return self._left < 0
 
     def at(self, theta: Array) -> Point:
@@ -217,12 +217,12 @@ def estimate(
     profiled: Iterable[int] | None = None,
     workers: Workers = ALONE,
 ) -> Estimate:
-    """The intervals of confidence `level` around a maximum of the likelihood and `others` that are known; they belong to the
-    highest of these and of any that a profile meets. `rises` (n_maximum, d) of the deviance are those of each maximum and
-    unknown; where they are left out, the critical rise.
+    """Intervals of confidence `level` around a maximum of the likelihood and `others` that are known. They belong to the
+    highest of these and of any that a profile meets. `rises` (n_maximum, d) of the deviance are given for each maximum and
+    unknown. Default: the critical rise.
 
-    Without `check`, for unknowns that are not `profiled`, and where a profile cannot be computed, the information at the maximum is
-    believed, at no further evaluation of the model. Workers share the intervals.
+    Without `check`, for unknowns that are not `profiled`, and if a profile cannot be computed, the information at the maximum is
+    used, without further evaluations of the model. Workers share the intervals.
     """
     if rises is None:
         rises = np.full((1 + len(others), likelihood.d), critical_rise(likelihood, level, [maximum, *others]))
@@ -296,8 +296,8 @@ def _joined(likelihood: Maximised, maxima: Sequence[Point], rises: Array, index:
 
 
 def _checked(likelihood: _Limited, maximum: Point, index: int, rise: float, lowest: float) -> Interval:
-    """The interval of one unknown in the unit cube around one maximum, its ends checked or found on the profile: where the
-    deviance is `rise` above the lowest. Where no evaluations are left for that, the information is believed."""
+    """Interval of one unknown in the unit cube around one maximum, its ends checked or computed on the profile: values at which the
+    deviance is `rise` above the lowest. If no evaluations remain for that, the information is used."""
     profile = _Profile(likelihood, maximum, index, lowest)
     try:
         return _on_profile(profile, maximum, rise, lowest)
@@ -327,7 +327,7 @@ def _basis(low: float, high: float) -> str:
 
 
 def _end(profile: _Profile, wanted: float, sign: int) -> float:
-    """Where the profile reaches the wanted root between its maximum and the lower (−1) or upper (1) limit; infinite where it
+    """Value at which the profile reaches the wanted root between its maximum and the lower (−1) or upper (1) limit; infinite if it
     does not."""
     limit = profile.limits[sign > 0]
     width = min(wanted * profile.sd, abs(limit - profile.start))

@@ -50,7 +50,7 @@ MAX_PASSES = 100
 
 @dataclass(frozen=True)
 class Criterion:
-    """log det of the information about the unknowns `targets` (their indices), all others being fitted along."""
+    """log det of the information about the unknowns `targets` (their indices), if all others are also fitted."""
 
     targets: tuple[int, ...]
 

@@ -68,7 +68,7 @@ class DifferenceLikelihood(Likelihood):
         return super().log_density(theta) - 0.5 * float(np.sum(reference))
 
     def left(self, theta: Array, response: ComplexArray) -> ComplexArray:
-        """What a response (n_speed, n_channel) leaves of the data without what is alike in all runs, in units of the noise."""
+        """Residuals of a response (n_speed, n_channel) without the part common to all runs, in units of the noise."""
         variance = self._variance(theta, response)
         return self._left(-self._residual(response), variance) / np.sqrt(variance)
 
@@ -79,7 +79,7 @@ class DifferenceLikelihood(Likelihood):
         return remaining.transpose(2, 0, 1)
 
     def alike(self, theta: Array, response: ComplexArray) -> ComplexArray:
-        """What the data show alike in all runs beyond a response, (n_speed, n_channel), m."""
+        """Part of the residuals of a response that is common to all runs, (n_speed, n_channel), m."""
         residual = -self._residual(response)
         return residual - self._left(residual, self._variance(theta, response))
 

@@ -87,7 +87,7 @@ def whitened_difference(response: ComplexArray, other: ComplexArray, noise: Nois
 
 
 def projected(whitened: Array, nuisance: Array) -> Array:
-    """What is left of sensitivities (m, d) when others (m, k), of parameters that nobody asks for, are fitted along."""
+    """Project sensitivities (m, d) onto the orthogonal complement of the nuisance sensitivities (m, k)."""
     if not nuisance.size:
         return whitened
     directions = span(nuisance)
@@ -95,12 +95,12 @@ def projected(whitened: Array, nuisance: Array) -> Array:
 
 
 def of_unknowns(whitened: Array, n_unknown: int) -> Array:
-    """What J (m, k) tells of its first unknowns (m, n_unknown), those behind them, of the noise, being fitted along."""
+    """Sensitivities (m, n_unknown) of the first unknowns in J (m, k), projected off the later ones, of the noise."""
     return projected(whitened[:, :n_unknown], whitened[:, n_unknown:])
 
 
 def span(columns: Array, tolerance: float = UNKNOWABLE) -> Array:
-    """Orthonormal directions (m, r) of what columns (m, k) span, but for those that fall below a part of the
+    """Orthonormal basis (m, r) of the span of columns (m, k), without directions whose singular value is below `tolerance` times the
     largest."""
     directions, singular, _ = np.linalg.svd(columns, full_matrices=False)
     return np.asarray(directions[:, singular > tolerance * max(singular[0], np.finfo(float).tiny)])

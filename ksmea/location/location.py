@@ -1,11 +1,11 @@
-"""Where something acts that the model lacks: at which sites an unknown force, moment or reading explains the data.
+"""Location of something that the model lacks: sites at which an unknown force, moment or reading explains the data.
 
 1. At each site the model with something unknown there (`unknown_force`) is fitted from several starts, then twice from
-   the best unknowns that were found at any site: what is wrong moves the unknowns of the plain model by far more than it
-   moves those of the true site.
-2. The noise, where it is not known, is that of the site that needs least of it (`restricted_noise`), and the same for all
-   sites: else a wrong site would be excused by noise of its own making. Each site's weights come from its fitted response:
-   those from the data favour what is measured too small.
+   the best unknowns that were found at any site: the fault moves the unknowns of the plain model by far more than the unknowns
+   of the model with the true site.
+2. The noise, if it is not known, is taken from the site that needs least of it (`restricted_noise`), for all sites: otherwise a
+   wrong site would be excused by noise of its own making. Each site's weights come from its fitted response: weights from the data
+   favour values that are measured too small.
 3. Each site is tested on its own (`site_quality`). Sites are not nested in each other, so that differences of their
    deviances have no χ² distribution.
 
@@ -53,7 +53,7 @@ SCREENED_STARTS = 12
 
 @dataclass(frozen=True)
 class Location:
-    """Sites with their fits and tests; `plain` is the model with nothing unknown. `noise` is that of all fits."""
+    """Sites with their fits and tests; `plain` is the model with nothing unknown. `noise` is common to all fits."""
 
     sites: tuple[SiteFit, ...]
     qualities: tuple[SiteQuality, ...]
@@ -70,7 +70,7 @@ class Location:
 
     @property
     def ranked(self) -> list[int]:
-        """Indices of all sites: behind those that are accepted the others, the one that leaves least first."""
+        """Indices of all sites: first the accepted ones, then the others by rising residuals."""
         others = set(range(len(self.sites))) - set(self.accepted)
         return [*self.accepted, *sorted(others, key=lambda index: self.sites[index].point.excess)]
 
@@ -89,11 +89,11 @@ def locate(
     n_start: int = 4,
     workers: Workers = ALONE,
 ) -> Location:
-    """What is tried at each position (m; the problem's sites if none are given), or reading plane, for each quantity, and
-    which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, and forces
-    at two positions, if the channels are enough. Workers share the sites.
+    """Sites tried at each position (m; the problem's sites if empty), or reading plane, for each quantity, each accepted unless it
+    is rejected at `level`. If nothing is accepted anywhere, force and moment together are tried, and forces at two positions if
+    there are enough channels. Workers share the sites.
 
-    Raises `SettingError` where the data are too few for anything to be left once it is eliminated.
+    Raises `SettingError` if there are too few data to test the fit once the unknown quantity is eliminated.
     """
     problem = case.problem
     require_enough(problem, case.measurement.kind)
@@ -115,8 +115,8 @@ def locate(
 
 
 def require_enough(problem: Problem, kind: str) -> None:
-    """Raise `SettingError` where data of a kind, at a problem's speeds and channels, could not tell an unknown force from
-    anything, and say what would be enough."""
+    """Raise `SettingError` if data of a kind, at a problem's speeds and channels, could not distinguish an unknown force from
+    anything else; the message states what would be enough."""
     if not problem.takes_loads:
         problem.load_response(np.empty((0, len(problem.parameters))), ())
     if got := missing_to_locate(problem, kind):
@@ -127,8 +127,8 @@ def require_enough(problem: Problem, kind: str) -> None:
 
 
 def missing_to_locate(problem: Problem, kind: str) -> str:
-    """What data of a kind, at a problem's speeds and channels, lack to tell an unknown force from anything; empty where
-    nothing."""
+    """Deficit of data of a kind, at a problem's speeds and channels, that keeps them from distinguishing an unknown force from
+    anything else; empty if the data are enough."""
     if not problem.takes_loads:
         return "a problem that takes no loads"
     n_channel = len(problem.channels)
@@ -150,7 +150,7 @@ def leaves_enough(problem: Problem, n_free: int) -> bool:
 
 
 def candidates(problem: Problem, quantities: Sequence[str], positions: Array) -> list[Unmodelled]:
-    """What may be unknown: loads at positions, readings at planes, where the channels leave any to test them by."""
+    """Unknown quantities to try: loads at positions, readings at planes, if enough channels remain to test them."""
     planes = dict.fromkeys(channel.position for channel in problem.channels)
     found = [
         Unmodelled(quantity, float(position))
@@ -213,8 +213,8 @@ def _searched_from(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.in
 
 
 def _starts(case: Case, unmodelled: Unmodelled, rng: np.random.Generator, n_start: int) -> Array:
-    """Points (n, d) of the unit cube. Beside a free load any will do: it takes the resonances, and with them the narrow
-    basins. Without one, as beside a reading, there are as many as of the plain model: they are screened for."""
+    """Points (n, d) of the unit cube. With a free load any points will do: it absorbs the resonances, and with them the narrow
+    basins. Without one, as with a free reading, there are as many basins as in the plain model, so that points are screened for."""
     problem, measurement = case.problem, case.measurement
     if unmodelled.loads:
         return sobol(n_start, len(problem.parameters), rng)
@@ -235,7 +235,7 @@ def _as_stated(case: Case) -> Case:
 
 
 def _with_inputs(fit: SiteFit, case: Case) -> SiteFit:
-    """A fit with numbers as stated gone on with beside them, known to their tolerances."""
+    """A fit with numbers as stated, continued as a joint fit with these numbers, known to their tolerances."""
     parameters = case.problem.parameters
     theta = parameters.to_cube(np.array([item.stated for item in parameters]))
     theta[parameters.own] = fit.point.theta
@@ -284,7 +284,7 @@ def _settled(fit: SiteFit) -> SiteFit:
 
 
 def _noise(fit: SiteFit) -> Noise:
-    """The noise, as it is known, or as what a fit leaves has it."""
+    """The noise as it is known, or else as estimated from the residuals of a fit."""
     measurement = fit.likelihood.measurement
     if measurement.noise is not None:
         return measurement.noise

@@ -37,8 +37,8 @@ WHIRLS = ("forward", "backward")
 @dataclass(frozen=True)
 class RecoveredForce:
     """The force (1 + n_draw, n_speed, k), N or N m, or the reading, m: the estimate first, then the draws. `columns` has
-    direction and unit of each of the k. `motion` (1 + n_draw, n_speed, 2) is that of its site in x and y, m, where it is a
-    force; `speed` (n_speed,) rad/s."""
+    direction and unit of each of the k. `motion` (1 + n_draw, n_speed, 2) is the motion of its site in x and y, m, if it
+    is a force; `speed` (n_speed,) rad/s."""
 
     force: ComplexArray
     columns: tuple[tuple[str, str], ...]
@@ -87,7 +87,7 @@ class RecoveredForce:
 
 
 def recovered_force(fit: SiteFit, rng: np.random.Generator, n_draw: int = N_DRAW) -> RecoveredForce:
-    """What is unknown at a site, as fitted, and draws of it. Noise that is not known is as large as what this site leaves."""
+    """Unknown quantity at a site, as fitted, and draws of it. If the noise is not known, it is as large as the site's residuals."""
     point, sd = fit.point, fit.likelihood.sd[..., None]
     adjoint = np.conj(np.swapaxes(point.basis, 1, 2))
     solve = np.linalg.inv(adjoint @ (point.columns / sd)) @ adjoint  # Ã⁺ (n_speed, k, n_channel)
@@ -113,7 +113,7 @@ def unknowns_drawn(fit: SiteFit, rng: np.random.Generator, n_draw: int) -> Array
 
 
 def own_noise(fit: SiteFit) -> float:
-    """The noise that a site leaves itself, relative to that of the fits; 1 where the noise is known."""
+    """Noise level of a site's own residuals, relative to the noise of the fits; 1 if the noise is known."""
     return 1.0 if fit.likelihood.measurement.noise is not None else float(np.sqrt(fit.point.excess))
 
 
@@ -150,9 +150,9 @@ def _motion(fit: SiteFit, moved: Array, free: ComplexArray) -> ComplexArray | No
 
 
 def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
-    """An interval of confidence `level` for each unknown, SI. Where the noise is not known it is as large as this site's own
-    residuals have it, whatever other sites need: the quantile is that of F. Unknowns that the data do not show there are
-    `UNSEEN`. Those of a model that is far from the data are not checked."""
+    """An interval of confidence `level` for each unknown, SI. If the noise is not known, its level is taken from this site's own
+    residuals, whatever other sites need: the quantile is of the F distribution. Unknowns that the data do not show there are
+    `UNSEEN`. Intervals of a model that is far from the data are not checked."""
     if fit.likelihood.measurement.noise is None:
         likelihood = fit.likelihood.with_sd(own_noise(fit) * fit.likelihood.sd)
         rise = float(scipy.stats.f.ppf(level, 1, fit.point.n_left))

@@ -1,9 +1,9 @@
 """Sites that explain the data, by a lack-of-fit test with free numbers at each speed; pairs of sites.
 
-The statistics are those of the lack-of-fit test, of residuals that are projected off the free numbers at each speed as well as
-off the tangent of the unknowns; simulated residuals are projected likewise. One more statistic is their size: χ² if the noise
-level is known. If not, the size is compared with that of the sites that need least: ln of χ² per degree of freedom, less the
-smallest of all sites. It is simulated with the same noise at all sites that are not rejected yet, as if each of them explained
+The statistics of the lack-of-fit test are computed from residuals that are projected off the free numbers at each speed as well as
+off the tangent of the unknowns; simulated residuals are projected likewise. One more statistic is the size of the residuals: χ² if
+the noise level is known. If not, the size is compared with the smallest of all sites: ln of χ² per degree of freedom, less its
+smallest value. It is simulated with the same noise at all sites that are not rejected yet, as if each of them explained
 the data: under any true site it is among them, so that sites are rather kept than rejected. Rejected sites have no part in the
 smallest, which would only blunt the test.
 

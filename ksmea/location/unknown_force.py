@@ -1,17 +1,17 @@
 """A model with something unknown in it that is free at every speed: a force at a site, a moment, or a reading at a plane.
 
-At one speed, with y (n_channel,) the measured response and q(x) that of the model with unknowns x,
+At one speed, with y (n_channel,) the measured response and q(x) the response of the model with unknowns x,
 
     y = q(x) + A(x) f + noise,
 
 where A (n_channel, k) is the response to unit forces in x and y at the site – or picks the probes of a plane – and f (k,)
 is complex and may be anything. Whatever acts there, linear or not, has this form at the true x as far as it turns with
-the shaft. f enters linearly and is eliminated speed by speed (variable projection): with s the noise, what is left,
+the shaft. f enters linearly and is eliminated speed by speed (variable projection): with s the noise, the projected residual
 
     r(x) = (1 − Ã Ã⁺) (q − y) / s,    Ã = A / s,
 
-depends on x alone. Its Jacobian is that of q + A f with f held, projected alike (Kaufman's approximation, which leaves the
-gradient exact).
+depends on x alone. Its Jacobian is the Jacobian of q + A f with f held, projected alike (Kaufman's approximation, which leaves
+the gradient exact).
 
 G. H. Golub and V. Pereyra, Inverse Problems 19 (2003) R1–R26, doi 10.1088/0266-5611/19/2/201; L. Kaufman, BIT 15 (1975)
 49–57, doi 10.1007/BF01932995.
@@ -107,7 +107,7 @@ class Unmodelled:
         return np.concatenate([columns, read], axis=2), np.concatenate([change, same], axis=2)
 
     def _read(self, problem: Problem, shape: tuple[int, ...]) -> ComplexArray:
-        """What each unknown reading adds to a response of a shape (…, n_channel), (…, n_channel, k)."""
+        """Contribution of each unknown reading to a response of a shape (…, n_channel), (…, n_channel, k)."""
         read = [self.reads(channel) for channel in problem.channels]
         return np.broadcast_to(np.eye(len(read), dtype=complex)[:, read], (*shape, sum(read)))
 
@@ -142,7 +142,7 @@ class ProjectedPoint(Point):
 
     @property
     def excess(self) -> float:
-        """Mean square of what is left, in units of the noise."""
+        """Mean square of the residuals, in units of the noise."""
         return self.deviance / self.n_left
 
 
@@ -157,7 +157,7 @@ class SumOfSquares(ABC):
 
     @abstractmethod
     def _residual(self, theta: Array) -> Array:
-        """What is left at points (n, p), as real numbers of unit variance (n, m)."""
+        """Residuals at points (n, p), as real numbers of unit variance (n, m)."""
 
     def deviance(self, theta: Array) -> float:
         try:
@@ -198,7 +198,7 @@ class ProjectedLikelihood(SumOfSquares):
         return self.problem.linearises_cheaply(self.unmodelled.loads)
 
     def with_sd(self, sd: Array) -> ProjectedLikelihood:
-        """The same with other noise (n_speed, n_channel), m."""
+        """This likelihood with other noise (n_speed, n_channel), m."""
         return ProjectedLikelihood(self.case, self.unmodelled, sd)
 
     def at(self, theta: Array) -> ProjectedPoint:
@@ -278,7 +278,7 @@ def inputs_held(fit: SiteFit) -> SiteFit:
 
 
 def all_values(fit: SiteFit) -> Array:
-    """Values (d,) SI of all unknowns of a fit, those that are held included."""
+    """Values (d,) SI of all unknowns of a fit, including the held ones."""
     problem = fit.likelihood.problem
     x = problem.parameters.to_si(fit.point.theta)
     return problem.whole(x) if isinstance(problem, HeldProblem) else x
@@ -294,7 +294,7 @@ def orthonormal(columns: ComplexArray) -> ComplexArray:
 
 
 def without(basis: ComplexArray, columns: ComplexArray) -> ComplexArray:
-    """What columns (…, n_channel, m) have outside of an orthonormal basis (…, n_channel, k)."""
+    """Part of columns (…, n_channel, m) orthogonal to an orthonormal basis (…, n_channel, k)."""
     return np.asarray(columns - basis @ (np.conj(np.swapaxes(basis, -1, -2)) @ columns))
 
 

@@ -40,8 +40,8 @@ def shared_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class Weight:
-    """A known unbalance (kg m) on the shaft at a position (m). Its angle (rad) counts from where those of the model's
-    unbalance do, towards the direction of rotation."""
+    """A known unbalance (kg m) on the shaft at a position (m). Its angle (rad) counts from the same mark as the angles of the
+    model's unbalance, towards the direction of rotation."""
 
     position: float
     magnitude: float
@@ -140,8 +140,8 @@ def is_weight(name: str) -> bool:
 @dataclass(frozen=True)
 class Campaign:
     """The runs in the order of their speeds, and the unknowns of which each run has its own; all others are shared. With
-    `own_noise` each run has noise of its own level, where that is estimated. With a `reference`, the name of a run, only how
-    the others differ from it counts. `planes` says more of planes than their weights do."""
+    `own_noise` each run has noise of its own level, if that is estimated. With a `reference`, the name of a run, only how the
+    others differ from it counts. `planes` says more of planes than their weights do."""
 
     runs: tuple[Run, ...]
     own: tuple[str, ...] = ()
@@ -158,7 +158,7 @@ class Campaign:
 
     @property
     def rows(self) -> tuple[slice, ...]:
-        """Where the speeds of each run lie."""
+        """Rows of the speeds of each run."""
         ends = np.cumsum([0, *(run.n_speed for run in self.runs)]).tolist()
         return tuple(slice(start, stop) for start, stop in itertools.pairwise(ends))
 
@@ -173,12 +173,12 @@ class Campaign:
         )
 
     def with_counts(self, counts: Sequence[int]) -> Campaign:
-        """The same runs with other numbers of speeds, which may be 0."""
+        """This campaign with other numbers of speeds in its runs, which may be 0."""
         runs = (dataclasses.replace(run, n_speed=int(count)) for run, count in zip(self.runs, counts, strict=True))
         return dataclasses.replace(self, runs=tuple(runs))
 
     def part(self, indices: Indices) -> Campaign:
-        """What is left of the runs at some of the speeds, by rising index."""
+        """The campaign at some of its speeds, by rising index."""
         return self.with_counts([np.sum((indices >= rows.start) & (indices < rows.stop)) for rows in self.rows])
 
 

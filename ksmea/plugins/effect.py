@@ -40,27 +40,27 @@ class Effect(Settings, Generic[Seen]):
     """A physical cause that a model may lack, at one location; what registers under `ksmea.effects` is such an effect with
     its default location. How it changes a response is between it and the kind of problems that it can be added to."""
 
-    # Effects that can look alike, by name, and what separates them. Left out: none.
+    # Effects that can look alike, by name, and what separates them. Default: empty.
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
     if_nowhere: ClassVar[str] = "leave it out"  # what a message says to do where a problem has no location for it
-    # Whether it is fitted from values all over its limits, as what moves or hides resonances asks for. Left out: yes.
+    # Whether it is fitted from values all over its limits, as an effect that moves or hides resonances requires. Default: True.
     is_scanned: ClassVar[bool] = True
 
     def locations(self, problem: Seen) -> Sequence[Self]:
-        """This effect at each location of the problem where it may sit; empty where it cannot be. Left out: as it is."""
+        """This effect at each possible location of the problem; empty if there is no such location. Default: this effect alone."""
         return (self,)
 
     def is_offered(self, problem: Seen) -> bool:
-        """Whether it is tried on a problem without being asked for by name. Left out: yes."""
+        """Whether it is tried on a problem even if its name is not given. Default: True."""
         return True
 
     def seen_in(self, measurement: Measurement) -> Self | None:
-        """This effect with what a measurement says of it besides its values, such as the direction of a run; None where nothing
-        speaks for it, and it is tried only where it is asked for by name. Left out: as it is."""
+        """This effect with what a measurement says of it in addition to its values, such as the direction of a run; None if nothing
+        in the measurement suggests it: then it is tried only if its name is given. Default: this effect unchanged."""
         return self
 
     def path(self, problem: Seen) -> Array:
-        """Values (n, e) SI leading away from 0: fits go along them, each from the last one. Left out: a scan instead."""
+        """Values (n, e) SI leading away from 0, fitted in this order, each from the last fit. Default: empty, a scan instead."""
         return np.empty((0, 0))
 
     @abstractmethod
@@ -72,11 +72,11 @@ class Effect(Settings, Generic[Seen]):
         """The problem with this effect, whose unknowns follow its own: a problem like any other."""
 
     def places(self, problem: Seen) -> Sequence[float]:
-        """Where on the shaft it acts alone, or whose reading it changes, m: a second opinion on its name. Left out: nowhere."""
+        """Positions on the shaft (m) at which alone it acts, or whose reading it changes: a second opinion on its name. Default: empty."""
         return ()
 
     def force_at(self) -> tuple[float, ForceLaw] | None:
-        """Where a force acts alone, m, and the nonlinear law that its unknowns are coefficients of. Left out: nowhere."""
+        """Position (m) of a force that acts alone, and the nonlinear law whose coefficients are the unknowns. Default: None."""
         return None
 
     @abstractmethod

@@ -161,7 +161,7 @@ class CampaignProblem(ProblemProxy):
         return columns, change
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> CampaignProblem:
-        """As a further run without weights would see it; where runs have unknowns of their own, with those of the first."""
+        """The problem of a further run without weights; if runs have unknowns of their own, with the unknowns of the first."""
         counts = [len(speed), *(0 for _ in self.seen_in.runs[1:])]
         return CampaignProblem(self.base.at(speed, channels), self.seen_in.with_counts(counts), is_weighted=False)
 
@@ -185,22 +185,22 @@ class CampaignProblem(ProblemProxy):
         return np.flatnonzero([shared_name(name) in costly for name in self.parameters.names])
 
     def unbalance(self, x: Array) -> Mapping[float, complex]:
-        """Of the first run, without weights."""
+        """Unbalance in the first run, without weights."""
         return self.base.unbalance(self._distinct(x)[0])
 
     stability_threshold = Problem.stability_threshold  # by its own growth rate
     is_stable = Problem.is_stable
 
     def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
-        """Those of all runs, rising: where runs have unknowns of their own they differ."""
+        """Critical speeds of all runs, rising; they differ if runs have unknowns of their own."""
         return np.unique(np.concatenate([self.base.critical_speeds(each, highest) for each in self._distinct(x)]))
 
     def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
-        """Of the first run."""
+        """Modes in the first run."""
         return self.base.modes(self._distinct(x)[0], speed, n_mode)
 
     def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
-        """Of the first run."""
+        """Campbell diagram of the first run."""
         return self.base.campbell(self._distinct(x)[0], speed, n_mode)
 
     def growth_rate(self, x: Array, speed: Array) -> Array:
@@ -250,7 +250,7 @@ class CampaignProblem(ProblemProxy):
         return values if self.seen_in.own else values[:1]
 
     def _stacked(self, x: Array, evaluate: Callable[[Problem, Array], ComplexArray]) -> ComplexArray:
-        """What is evaluated of sets (n, d) run by run, (n, n_speed, …)."""
+        """Results of `evaluate` for sets (n, d), run by run, (n, n_speed, …)."""
         x = np.asarray(x, dtype=float)
         if x.ndim != 2 or x.shape[1] != len(self.parameters):
             raise SettingError(

@@ -13,9 +13,10 @@ from ksmea.problem.response_structure import UnknownImpedance
 
 
 class ProblemProxy(Problem):
-    """Base of problems that see to what another one, `behind`, is asked. Members of the contract that a subclass leaves out
-    are those of the problem behind; `linearised`, `response_and_per_load` and `linearised_per_load` are made of its own members. One
-    with unknowns of its own makes of its own members too what the contract makes of others."""
+    """Base of proxies for another problem, `behind`: forwards every member of the contract that a subclass does not override.
+
+    `linearised`, `response_and_per_load` and `linearised_per_load` are made of the proxy's own members. A proxy with unknowns of
+    its own must also make of its own members whatever the contract makes of others."""
 
     @property
     @abstractmethod
@@ -23,7 +24,7 @@ class ProblemProxy(Problem):
 
     @abstractmethod
     def around(self, behind: Problem) -> Problem:
-        """The same before another problem: the one behind, changed."""
+        """This proxy for another problem: the one behind, changed."""
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         return self.around(self.behind.at(speed, channels))
@@ -61,12 +62,12 @@ class ProblemProxy(Problem):
         return self.around(self.behind.with_unknown_unbalance(position, names, at_most))
 
     def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
-        """As the one behind without loads; with them by differences, as it is made of its own members."""
+        """Whether the problem behind does, without loads; with loads False, as the derivative is then made of its own members."""
         return not loads and self.behind.linearises_cheaply()
 
     @property
     def unknown_impedances(self) -> tuple[UnknownImpedance, ...]:
-        """Those behind, where unknowns and runs are the same."""
+        """Unknown impedances of the problem behind if unknowns and runs are the same, else empty."""
         same = self.parameters.names == self.behind.parameters.names and self.campaign == self.behind.campaign
         return self.behind.unknown_impedances if same else ()
 

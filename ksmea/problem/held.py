@@ -32,7 +32,7 @@ class HeldProblem(ProblemProxy):
         return Parameters(tuple(self._behind.parameters.items[index] for index in self._free))
 
     def whole(self, x: Array) -> Array:
-        """Values (…, d) of all unknowns behind from values of those that are free."""
+        """Values (…, d) of all unknowns of the problem behind, from the values of the free ones."""
         values = np.tile(self._x, (*np.shape(x)[:-1], 1))
         values[..., self._free] = x
         return values

@@ -79,7 +79,7 @@ class NoiseRecord(Record):
 
 @dataclass(frozen=True)
 class CoefficientRecord(Record):
-    """An unknown in both models; those of effects have no `before`."""
+    """An unknown in both models; unknowns of effects have no `before`."""
 
     name: str
     before: EstimateRecord | None
@@ -129,7 +129,7 @@ class ResidualsRecord(Record):
 
 @dataclass(frozen=True)
 class CurvesRecord(Record):
-    """What figures are drawn from, to five digits; `breaks` are where the speeds of a further run begin."""
+    """Curves for figures, to five digits; `breaks` are the indices at which the speeds of a further run begin."""
 
     speed: tuple[Speed, ...]
     channels: tuple[str, ...]
@@ -153,7 +153,7 @@ class DiagnosisRecord(Record):
     """A diagnosis (ksmea.diagnosis.diagnosis.Diagnosis says what its parts mean) as plain data.
 
     `hidden`, `hidden_deviance_drop` and `seconds` belong to a benchmark: what synthetic data hide is added once the
-    diagnosis has been made without it. The drop is that of the fit from the true values against the baseline model.
+    diagnosis has been made without it. The drop is from the baseline model to the fit started from the true values.
     """
 
     verdict: str  # adequate, not observable, named, ambiguous, located or unknown
@@ -207,7 +207,7 @@ class DiagnosisRecord(Record):
 
     @property
     def is_explained(self) -> bool:
-        """Whether the extended model is believed."""
+        """Whether the extended model is accepted."""
         return self.verdict in ("named", "ambiguous")
 
 

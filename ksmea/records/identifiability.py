@@ -46,12 +46,12 @@ class Unknown:
 
     @property
     def crlb_pct(self) -> float:
-        """The CRLB in per cent of the value; where there are none (`base`), nan."""
+        """The CRLB in per cent of the value; NaN if no percentage is defined (`base`)."""
         return percent(self.crlb_si, self.base)
 
     @property
     def base(self) -> float:
-        """What per cent are of, SI: the value. 0 where there are none: of a value of 0, and of an angle, whose zero is chosen."""
+        """Base of percentages, SI: the value. 0 if none is defined: for a value of 0, and for an angle, whose zero is arbitrary."""
         return 0.0 if self.unit in SI_PER_UNIT["angle"] else self.true
 
 
@@ -98,8 +98,8 @@ class Variation:
 
 @dataclass(frozen=True)
 class IdentifiabilityRecord(Record):
-    """What such data would tell about each unknown, and what other data would. `sigmas` CRLBs are the half-width of the
-    interval of probability `level`."""
+    """How well such data, and other data, would determine each unknown. `sigmas` CRLBs are the half-width of the interval of
+    probability `level`."""
 
     level: float
     sigmas: float

@@ -33,7 +33,7 @@ class ParameterRecord:
     """One unknown. All values are SI; divided by `si_per_unit` they are in `unit`, which people read.
 
     `identified` is where the method's search ended. The interval, the noise and `most_likely` belong to a maximum of the
-    likelihood, which may lie elsewhere; `value` is what is reported beside an interval.
+    likelihood, which may lie elsewhere; `value` is reported together with an interval.
     """
 
     IN_UNIT: ClassVar = ("value", "low", "high", "identified", "most_likely", "crlb", "true")
@@ -52,7 +52,7 @@ class ParameterRecord:
     origin: Origin | None = None  # of its uncertainty; None where all numbers of the model are exact
 
     def in_unit(self, value: float | None) -> float:
-        """One of its values in its unit; not a number where there is none."""
+        """One of its values in its unit; NaN for None."""
         return np.nan if value is None else value / self.si_per_unit
 
     @property
@@ -74,7 +74,7 @@ class ParameterRecord:
 
     @property
     def error_pct(self) -> float | None:
-        """Deviation from the true value, %; of a true value of 0, and of one that nobody knows, there is none."""
+        """Deviation from the true value, %; None if the true value is 0 or not known."""
         return 100 * (self.identified / self.true - 1) if self.true else None
 
     @property
@@ -148,7 +148,7 @@ class LackOfFit:
 
 @dataclass(frozen=True)
 class DataDescription:
-    """What was measured, as a report says it; speeds in rad/s."""
+    """Description of the measurement for reports; speeds in rad/s."""
 
     source: str
     kind: str  # amplitude or complex
@@ -163,7 +163,7 @@ class DataDescription:
 
 @dataclass(frozen=True)
 class IdentificationRecord(Record):
-    """What a method found from one measurement. `status` is 'done', or 'budget' where it was cut short; `stop` says why it
+    """Result of a method for one measurement. `status` is 'done', or 'budget' if the budget cut it short; `stop` says why it
     ended (`ksmea.plugins.identification.Identification`)."""
 
     status: str
@@ -217,12 +217,12 @@ class IdentificationRecord(Record):
 
     @property
     def x(self) -> Array:
-        """What the method found (d,) SI."""
+        """Values that the method found (d,) SI."""
         return np.array([parameter.identified for parameter in self.parameters])
 
     @property
     def values(self) -> Array:
-        """What is reported (d,) SI: the most likely values where they are known, else the method's."""
+        """Reported values (d,) SI: the most likely ones if they are known, else the method's."""
         return np.array([parameter.value for parameter in self.parameters])
 
     @property
@@ -239,9 +239,9 @@ class IdentificationRecord(Record):
     def with_truth(
         self, parameters: Parameters, truth: Mapping[str, float], response: ComplexArray | None = None
     ) -> Self:
-        """This record with the true values (by name, SI) beside those identified, where they are known, and with the
-        response without noise, (n_speed, n_channel) m, among its curves. Of an angle that is free to turn the true value
-        is the one of its turns that is nearest to what was identified."""
+        """This record with the true values (by name, SI), if they are known, in addition to the identified ones, and with the
+        response without noise, (n_speed, n_channel) m, among its curves. For an angle that is free to turn, the true value is
+        given in the turn nearest to the identified value."""
         known = tuple(
             dataclasses.replace(part, true=_nearest_turn(parameter, truth.get(part.name), part.identified))
             for parameter, part in zip(parameters, self.parameters, strict=True)

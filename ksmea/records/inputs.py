@@ -35,8 +35,8 @@ class InputRecord:
 
 @dataclass(frozen=True)
 class Origin:
-    """Where the uncertainty of an unknown comes from: standard deviations (SI) by noise and by numbers that are known to a tolerance,
-    and the shares of the variance of those that matter most."""
+    """Origins of the uncertainty of an unknown: standard deviations (SI) by noise and by numbers that are known to a tolerance, and
+    the shares of the numbers that matter most in the variance."""
 
     sd_noise: OfUnknown
     sd_inputs: OfUnknown

@@ -47,7 +47,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Candidates:
-    """What could be added, column by column, an entry per candidate; None where a family has no such column."""
+    """Candidates for addition, column by column, an entry per candidate; None if a family has no such column."""
 
     reduction_pct: tuple[float | None, ...]  # with this candidate alone
     criterion_reduction_pct: tuple[float, ...]  # the same with the weak prior that the choice counts on
@@ -99,7 +99,7 @@ class Family:
 
 @dataclass(frozen=True)
 class PlanningRecord(Record):
-    """What to add to the present data so that the target becomes known best, family by family."""
+    """Additions to the present data with which the target becomes known best, family by family."""
 
     target: str | None  # the unknown that is to become known best; None: all of them
     parameters: tuple[Unknown, ...]

@@ -1,5 +1,5 @@
-"""What a campaign tells a balancer: weights that were not known, influence coefficients, and the weights that cancel the
-unbalance. All values are SI; angles count from where those of known weights do."""
+"""Balancing results of a campaign: weights that were not known, influence coefficients, and the weights that cancel the
+unbalance. All values are SI; angles count from the same mark as the angles of known weights."""
 
 from __future__ import annotations
 

@@ -70,8 +70,8 @@ def _sentence(lines: Iterable[str]) -> str:
 
 
 def about_extension(record: DiagnosisRecord) -> list[str]:
-    """What the file of the extended model says of itself: whether it is one of several that explain the data about as well
-    and what would tell them apart, of which data it is, and its effects with their sizes."""
+    """Head of the file of the extended model: whether it is one of several that fit about as well and the measurement that would
+    distinguish them, the data that it was fitted to, and its effects with their sizes."""
     if record.verdict == "located" and record.location is not None:
         return location_text.about_extension(record.location)
     lines = []
@@ -113,8 +113,8 @@ def frame(record: DiagnosisRecord) -> pd.DataFrame:
 
 
 def coefficients_frame(record: DiagnosisRecord) -> pd.DataFrame:
-    """Every unknown before and after the extension, and averaged over all explanations where there are several, with its
-    interval, in `unit`; NaN where there is none."""
+    """Every unknown before and after the extension, and averaged over all explanations if there are several, with its
+    interval, in `unit`; NaN for missing values."""
     rows, averaged = [], averaged_values(record)
     columns = ("before", "after", "averaged") if averaged else ("before", "after")
     for coefficient in record.coefficients:
@@ -130,7 +130,7 @@ def coefficients_frame(record: DiagnosisRecord) -> pd.DataFrame:
 
 
 def plot(record: DiagnosisRecord, axes: Axes | None = None) -> Figure:
-    """The residual figure; or, where axes are given, the ranking of effects on them."""
+    """The residual figure; or, if axes are given, the ranking of effects on them."""
     return drawn(diagnosis_chart(record) if axes is None else ranking_chart(record), axes)
 
 
@@ -189,14 +189,14 @@ def _noise(record: DiagnosisRecord) -> str:
 
 
 def _by_which_model(record: DiagnosisRecord) -> str:
-    """Under which model the noise is estimated, where that is not the one as given."""
+    """Words for the model with which the noise is estimated; empty if it is the model as given."""
     if record.verdict == "located" and record.location is not None:
         return " beside what is unknown"
     return f" with {applied(record)}" if record.is_explained and record.noise.after is not None else ""
 
 
 def believed_noise(record: DiagnosisRecord) -> NoiseLevelRecord:
-    """The noise under the model that the verdict believes, or beside an unknown force."""
+    """Noise under the model that the verdict accepts, or with an unknown force."""
     if record.verdict == "located" and record.location is not None:
         return record.location.noise
     noise = record.noise
@@ -254,7 +254,7 @@ def _not_in_library(record: DiagnosisRecord, names: str) -> list[str]:
 
 
 def _where_to_look(record: DiagnosisRecord) -> list[str]:
-    """A place can be told without a name, of complex data that over-determine an unknown force."""
+    """Advice to locate the cause, which needs complex data that over-determine an unknown force; empty if it was located."""
     if record.location is not None:
         return []
     curves = record.curves
@@ -266,7 +266,7 @@ def _where_to_look(record: DiagnosisRecord) -> list[str]:
 
 
 def _location(record: DiagnosisRecord) -> str:
-    """What is found without the library: of effects that are named in short, as a second opinion."""
+    """Findings without the library; if effects are named, in short, as a second opinion."""
     found = record.location
     if found is None:
         return ""
@@ -286,8 +286,8 @@ def _location(record: DiagnosisRecord) -> str:
 
 
 def why_without(record: DiagnosisRecord) -> list[str]:
-    """Why a location's unknowns without what acts are not those of the model as given, and which values to trust: of a named
-    cause those of the extended model, without one those beside what is unknown."""
+    """Reason why unknowns without a location's unknown force differ from the model as given, and which values to trust: with a
+    named cause the values of the extended model, without one the values estimated with the unknown force."""
     if record.location is None or record.location.force is None:
         return []
     if record.is_explained:
@@ -296,8 +296,8 @@ def why_without(record: DiagnosisRecord) -> list[str]:
 
 
 def _listed(record: DiagnosisRecord) -> list[TrialRecord]:
-    """The best location of each of the highest-ranked effects, and however low they rank those that are named or explain the
-    data about as well, at the locations where they are applied."""
+    """The best location of each of the highest-ranked effects, and, at whatever rank, of effects that are named or explain the
+    data about as well; also the locations at which effects are applied."""
     best: dict[str, TrialRecord] = {}
     for trial in record.ranking:
         best.setdefault(trial.effect, trial)
@@ -327,7 +327,7 @@ def _predictive_gain(record: DiagnosisRecord) -> str:
 
 
 def _not_confirmed(record: DiagnosisRecord) -> str:
-    """What an effect that all data ask for means, where left-out data do not."""
+    """Meaning of an effect that all data require, but the prediction of left-out data does not confirm."""
     return (
         f"The verdict is of all the data: fitted to all of them, the model needs {applied(record)}. Fitted to a part of them, the"
         " extended model does not predict the others surely better: few speeds may show the effect, or it may stand for"
@@ -336,13 +336,13 @@ def _not_confirmed(record: DiagnosisRecord) -> str:
 
 
 def _unknowns(record: DiagnosisRecord) -> str:
-    """Of a model that explains the data; beside an effect they stand with those before it."""
+    """Unknowns of a model that explains the data; with an effect, `_predictive_gain` lists them before and after it."""
     has_any = any(row.before is not None for row in record.coefficients)
     return in_columns(unknowns_table(record)) if record.verdict in ("adequate", "not observable") and has_any else ""
 
 
 def _weights(record: DiagnosisRecord) -> list[str]:
-    """What the averaged values are averages of."""
+    """Explanations over which values are averaged, with their weights."""
     shares: dict[str, float] = {}
     for each in record.explanations:
         if each.weight is not None:

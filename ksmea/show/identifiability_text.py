@@ -31,7 +31,7 @@ COLUMNS = ("variation", "value", "parameter", "unit", "true", "crlb", "crlb_pct"
 
 
 def text(record: IdentifiabilityRecord, title: str = "", *, with_variations: bool = True) -> str:
-    """What is known and what is not in sentences, and below them how that varies with the data."""
+    """Sentences on the unknowns that the data determine and the ones that they do not; below them how that varies with the data."""
     lines = [*([title] if title else []), *fit_warning(record.lack_of_fit, "the intervals"), *sentences(record)]
     if with_variations and record.variations:
         lines += ["", _variations_text(record)]
@@ -39,8 +39,8 @@ def text(record: IdentifiabilityRecord, title: str = "", *, with_variations: boo
 
 
 def frame(record: IdentifiabilityRecord) -> pd.DataFrame:
-    """Tidy table: a row per variation, value and parameter; `true` and `crlb` (1 σ) in the parameter's unit,
-    `half_width_pct` that of the interval at `level`. The data as they are are the variation 'present'."""
+    """Tidy table: a row per variation, value and parameter; `true` and `crlb` (1 σ) in the parameter's unit, `half_width_pct`
+    for the interval at `level`. The variation 'present' is the data as they are."""
     rows = []
     for variation, value, crlbs in _cases(record):
         for parameter, crlb in zip(record.parameters, crlbs):
@@ -55,7 +55,7 @@ def frame(record: IdentifiabilityRecord) -> pd.DataFrame:
 
 
 def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
-    """What the data are, how well they determine each unknown, and which are not identifiable."""
+    """Sentences on the data, on how well they determine each unknown, and on unknowns that are not identifiable."""
     yield f"With {_data_text(record.data)}"
     classes: dict[str, list[str]] = {}
     for parameter in record.parameters:
@@ -174,7 +174,7 @@ def _variations_text(record: IdentifiabilityRecord) -> str:
 
 
 def _present(data: DataDescription) -> Iterator[str]:
-    """What each variation's value is in the data as they are, in words."""
+    """Value of each variation in the data as they are, in words."""
     yield f"speeds {data.n_speed}"
     yield f"band {_value_text('band', (data.speed_from, data.speed_to))}"
     if len(data.positions) == 1:

@@ -52,9 +52,9 @@ def _why_without(found: LocationRecord) -> list[str]:
 
 
 def frame(record: IdentificationRecord) -> pd.DataFrame:
-    """A row per parameter, in its unit: `low` and `high` are empty where the data leave that side open, `kind` says how
-    the interval was made, `crlb` is the Cramér–Rao bound (1 σ) at the values, `search_end` where the method stopped. With a
-    location the same beside what the model lacks, over all accepted sites."""
+    """A row per parameter, in its unit: `low` and `high` are empty if the data leave that side open, `kind` says how the
+    interval was made, `crlb` is the Cramér–Rao bound (1 σ) at the values, `search_end` is the value at which the method stopped.
+    With a location, also the values estimated with the unknown quantity, over all accepted sites."""
     rows = [
         (
             *(part.name, part.unit),
@@ -179,7 +179,7 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
 
 
 def _search_text(record: IdentificationRecord) -> str:
-    """Where the method stopped, for the unknowns of which that is not the value above."""
+    """Values at which the method stopped, for unknowns whose reported value differs from that."""
     ends = ", ".join(
         f"{part.name} = {rounded_alike(*(part.in_unit(value) for value in (part.identified, part.low, part.high)))[0]} {part.unit}"
         for part in record.parameters
@@ -206,7 +206,7 @@ def _noise_text(record: IdentificationRecord) -> Iterator[str]:
 
 
 def _telling_parts(record: IdentificationRecord, relative: float, floor: float) -> tuple[float, float]:
-    """The two parts of the noise, zero for one that is next to nothing beside the other at every speed."""
+    """The two parts of the noise, zero for one that is negligible compared with the other at every speed."""
     if record.fit is None:
         return relative, floor
     amplitude = as_array(record.fit.fitted.amplitude)

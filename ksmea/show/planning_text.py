@@ -24,7 +24,7 @@ MAX_RANGES = 100  # a CRLB this many times what the search limits say is no numb
 
 
 def text(record: PlanningRecord, title: str = "") -> str:
-    """What to add and what it gives, in sentences; below them the CRLB of each unknown."""
+    """Additions and their benefit, in sentences; below them the CRLB of each unknown."""
     lines = [title] if title else []
     lines += fit_warning(record.lack_of_fit, "the CRLBs and what is chosen by them")
     lines += [_opening(record), *(f"- {_sentence(record, family)}" for family in record.families)]
@@ -107,7 +107,7 @@ def _sentence(record: PlanningRecord, family: Family) -> str:
 
 
 def _effect(record: PlanningRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False) -> str:
-    """What becomes of the target."""
+    """Effect of the additions on the target, in words."""
     before, after = _of_target(record, record.crlb), _of_target(record, crlb)
     if record.target in record.unknown_with(crlb):
         return "still unknown"
@@ -119,7 +119,7 @@ def _effect(record: PlanningRecord, crlb: Sequence[float | None], reduction: flo
 def _joint_effect(
     record: PlanningRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False
 ) -> str:
-    """What becomes of all unknowns together."""
+    """Effect of the additions on all unknowns together, in words."""
     still = record.unknown_with(crlb)
     determined = [name for name in record.unknown_with(record.crlb) if name not in still]
     of_what = "" if brief else "mean half axis of their confidence region "
@@ -180,7 +180,7 @@ def _outside(record: PlanningRecord) -> list[str]:
 
 
 def _of_target(record: PlanningRecord, crlb: Sequence[float | None]) -> str:
-    """The CRLB of the target among those of all unknowns (d,), SI."""
+    """CRLB of the target, in words, from the CRLBs of all unknowns (d,), SI."""
     index = record.target_index
     return "" if index is None else _sized(crlb[index], record.parameters[index])
 

@@ -17,7 +17,8 @@ NO_WIDTH = 1e-6  # of the unit, or degrees: an interval of less is that of exact
 
 
 def lines(record: WeightsRecord) -> Iterator[str]:
-    """A line for each weight that was found, one for those that cancel the unbalance, one for what they leave."""
+    """A line for each weight that was found, one for the weights that cancel the unbalance, one for the expected vibration with
+    them."""
     for weight in record.weights:
         yield f"weight in run {weight.run} {_vector(weight)}"
     if record.corrections:

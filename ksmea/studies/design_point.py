@@ -1,4 +1,4 @@
-"""Where the studies that look ahead linearise the model, and the data that they add to."""
+"""Linearisation point of the studies that look ahead, and the data that they add to."""
 
 from __future__ import annotations
 

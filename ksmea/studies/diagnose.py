@@ -120,10 +120,10 @@ class DiagnosisOptions(Settings):
 
 @dataclass(frozen=True)
 class Report:
-    """What the record of a diagnosis has beside the verdict.
+    """Contents of a diagnosis record in addition to the verdict.
 
-    `left_out` names effects that are not in the library, and why; `remarks` are those on the data that are known before.
-    `details` adds remarks on data that look like a slip: what a report on one diagnosis shows. `fine` adds the curves of both
+    `left_out` names effects that are not in the library, and why; `remarks` are remarks on the data that are known before.
+    `details` adds remarks on data that look like an input error, for a report on one diagnosis. `fine` adds the curves of both
     models at as many speeds as its figures need.
     """
 
@@ -142,12 +142,13 @@ def diagnosis(
     report: Report = Report(),
     workers: Workers = ALONE,
 ) -> DiagnosisRecord:
-    """The diagnosis of a measurement by a problem and the effects, by name, that may extend it. The record names effects that do
-    not fit the problem beside those that were left out before, and why. Where the
-    model is wrong and the data over-determine an unknown force, the record has its location too, which is the verdict
-    (`located`) where no effect explains the data; then the laws that the force may follow are sought too.
+    """Diagnosis of a measurement by a problem and the effects, by name, that may extend it.
 
-    Raises ValueError where none of the effects that there are has a location on the problem.
+    The record names effects that do not fit the problem in addition to the ones left out before, and why. If the model is wrong
+    and the data over-determine an unknown force, the record also has its location. This location is the verdict (`located`) if no
+    effect explains the data; then laws that the force may follow are sought too.
+
+    Raises ValueError if there are effects, but none of them has a location on the problem.
     """
     refuse_differences(case.measurement, "diagnose")
     options = options or DiagnosisOptions()
@@ -272,7 +273,7 @@ def _averaged(found: Diagnosis) -> AveragedRecord | None:
 
 
 def _stability(found: Diagnosis) -> StabilityRecord | None:
-    """Of the model that the verdict believes."""
+    """Stability of the model that the verdict accepts."""
     fit = _believed(found)
     known, level = fit.measurement.noise is not None, found.interval_level
     return stability_of(fit.problem, fit.x, fit.noise, fit.measurement.kind, noise_known=known, level=level)
@@ -298,7 +299,7 @@ def _effect(candidate: Candidate) -> EffectRecord:
 
 
 def _trial(trial: Trial, found: Diagnosis) -> TrialRecord:
-    """A trial with its sizes; where the verdict speaks of this effect alone, those of the extended fit."""
+    """A trial with its sizes, taken from the extended fit if the verdict names this effect alone."""
     if found.best_estimate is not None and found.applied == (trial.candidate,):
         estimated = found.best_estimate
     else:

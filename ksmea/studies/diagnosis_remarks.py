@@ -15,7 +15,7 @@ from ksmea.units import RPM
 
 
 def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
-    """A remark where stated noise is not believed, or is larger than what the data leave room for."""
+    """A remark if stated noise is not accepted, or is larger than the scatter of the data allows."""
     stated, taken = measurement.noise, found.baseline.measurement.noise  # the noise that the diagnosis goes by
     if stated is None or taken is None:
         return ()

@@ -151,7 +151,7 @@ def _speeds(point: DesignPoint, factors: Sequence[float]) -> Iterator[tuple[Valu
 
 
 def _band(point: DesignPoint, top_factors: Sequence[float]) -> Iterator[tuple[Value, DesignPoint]]:
-    """As many speeds, evenly spaced, in halves and quarters of the band and up to higher speeds."""
+    """Variations with equally many speeds, evenly spaced, in halves and quarters of the band and up to higher speeds."""
     speed = point.problem.speed
     if len(speed) < 2:
         return

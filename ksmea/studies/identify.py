@@ -1,7 +1,7 @@
-"""Identification: the values that a method finds from one measurement, with an interval beside each.
+"""Identification: the values that a method finds from one measurement, each with an interval.
 
 Intervals, noise and most likely values belong to one maximum of the true model's likelihood: the one nearest to the method's
-result, or the highest of the whole box if that is asked for or data are few. The record also has the method's own result. All that
+result, or the highest of the whole box if `details` are set or data are few. The record also has the method's own result. All that
 takes evaluations and Jacobians of the true model, which are counted apart from the method's. What a report on one identification
 adds is in `ksmea.studies.identification_details`, so that a change there leaves finished identifications fresh.
 """
@@ -62,7 +62,7 @@ FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold wh
 
 @dataclass(frozen=True)
 class IdentificationOptions:
-    """What a record has beside the method's result, and how many evaluations the method may ask for.
+    """Contents of a record in addition to the method's result, and the number of evaluations that the method may use.
 
     Args:
         intervals: 'profile' (from the information, checked and where needed replaced by the profile likelihood: some ten
@@ -72,7 +72,7 @@ class IdentificationOptions:
         crlb: Cramér–Rao bounds and correlations at the reported values.
         curves: the amplitudes that figures compare.
         details: let intervals reach over all likely maxima of the box, as they do with few data (`FEW_DATA`).
-        inputs: 'joint' (numbers known to a tolerance are fitted along, in the last step, and intervals allow for them) or 'stated'
+        inputs: 'joint' (numbers known to a tolerance are also fitted, in the last step, and intervals allow for them) or 'stated'
             (they are taken as exact).
         budget: evaluations of the true model for the method, in which a Jacobian counts as `jacobian_cost`; intervals are computed
             beyond it.
@@ -164,8 +164,8 @@ def _found(case: Case, method: Method, streams: Streams, meter: Meter) -> tuple[
 
 
 def _at_nearest(found: Identification, case: Case, meter: Meter) -> Identification:
-    """What was found, and as one more stage the maximum of the likelihood nearest to it: of differences, where a search takes
-    their noise for independent."""
+    """Result of the method with one more stage, the nearest maximum of the likelihood: for differences, whose noise a search takes
+    to be independent."""
     likelihood, parameters = likelihood_of(case), case.problem.parameters
     stages = found.stages or (Stage("search", found.x, meter.evaluations, meter.jacobians),)
     nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(found.x), 0.0, 1.0))
@@ -175,7 +175,7 @@ def _at_nearest(found: Identification, case: Case, meter: Meter) -> Identificati
 
 
 def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
-    """The same identification with angles that are free to turn in (−180°, 180°], far from the limits of their search."""
+    """This identification with angles that are free to turn in (−180°, 180°], far from the limits of their search."""
     x = np.array([parameter.turned(value) for parameter, value in zip(parameters, found.x)])
     if np.array_equal(x, found.x):
         return found
@@ -183,7 +183,7 @@ def _within_a_turn(parameters: Parameters, found: Identification) -> Identificat
 
 
 def _method_record(case: Case, found: Identification, took: Meter, trace: TraceRecord) -> IdentificationRecord:
-    """What the method itself found, and what it took of the true model by our own count, whatever it says."""
+    """Record of the method's own result, with its evaluations of the true model by our count instead of the method's."""
     for x in (found.x, *(stage.x for stage in found.stages)):
         if not np.all(np.isfinite(x)):
             raise ArithmeticError(f"the identified values are not finite: {x}")
@@ -380,7 +380,7 @@ def _with_crlb(record: IdentificationRecord, information: Identifiability) -> Id
 
 
 def _identifiability(case: Case, x: Array, noise: Noise, beside: Array | None) -> Identifiability:
-    """Information of the data at x (d,) SI, or `beside` a joint fit; of differences between runs, that of the differences."""
+    """Information of the data at x (d,) SI, or at `beside`, the values of a joint fit; of the differences if only these count."""
     problem, measurement = case.problem, case.measurement
     if not measurement.is_by_differences:
         known = measurement.noise is not None

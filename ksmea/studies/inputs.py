@@ -43,7 +43,7 @@ def input_records(fit: Fit) -> tuple[InputRecord, ...]:
 
 
 def origins_of(fit: Fit, own: Sequence[int]) -> tuple[Origin, ...]:
-    """What the uncertainty of each of these unknowns comes from, SI."""
+    """Origins of the uncertainty of each of these unknowns, SI."""
     parameters = fit.problem.parameters
     budget, width = input_budget(fit.point, parameters), parameters.width
     return origins(parameters, own, budget.by_noise * width, budget.by_input * width[:, None])

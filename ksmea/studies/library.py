@@ -19,9 +19,10 @@ def library(
     measurement: Measurement | None = None,
     problem: Problem | None = None,
 ) -> tuple[dict[str, AnyEffect], Mapping[str, str]]:
-    """The effects that are asked for, by name – all that are registered if none is named, but for those that
-    nothing in the measurement speaks for, where one is given, and those that the problem does not call for, and none if `NO_EFFECT` is –
-    but for those in `without`; and why others are left out, which none is that is asked for by name.
+    """Effects by name, without the ones in `without`; and the reasons why others are left out.
+
+    With `names`, exactly these effects; no effect if `NO_EFFECT` is named. Without names, all registered effects except the ones
+    that nothing in a given measurement suggests, and the ones that a given problem does not offer. Only then may others be left out.
 
     Raises `SettingError` for a name that is not registered."""
     known = list(registry.registered("effect"))

@@ -83,10 +83,12 @@ def location(
     with_laws: bool = True,
     workers: Workers = ALONE,
 ) -> LocationRecord:
-    """At which sites an unknown force, moment or reading explains a measurement. `baseline` is the fit of the model without any, where it is known already: what a law that holds adds is compared with it. Without laws
-    none is sought that the force follows. Workers share the sites.
+    """Sites at which an unknown force, moment or reading explains a measurement.
 
-    Raises `SettingError` where the data are too few to tell.
+    `baseline` is the fit of the model without any of these, if it is known already: the model with a law that holds is compared
+    with it. With `with_laws`, laws that the force may follow are sought. Workers share the sites.
+
+    Raises `SettingError` if there are too few data to decide.
     """
     refuse_differences(case.measurement, "locate")
     case = case.by(case.problem.joint)
@@ -114,8 +116,8 @@ def location_record(
     with_laws: bool = True,
     workers: Workers = ALONE,
 ) -> LocationRecord:
-    """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
-    else the one that leaves least."""
+    """A location as plain data; values of unknowns in their units. The best site is the site of the best law if a law is not
+    rejected, else the one with the smallest residuals."""
     interval_level = options.interval_level
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
@@ -165,7 +167,7 @@ def _site(found: Location, index: int) -> SiteRecord:
 def _coefficients(
     plain: SiteFit, believed: Sequence[SiteFit], level: float, workers: Workers
 ) -> tuple[CoefficientsRecord, ...]:
-    """Every unknown by the plain model and beside what is unknown at the sites that are believed, the best one first."""
+    """Every unknown by the plain model and with the unknown quantity at the accepted sites, the best one first."""
     of_plain, *of_sites = workers.unseen.each(partial(_estimates, level=level), (plain, *believed))
     return tuple(
         CoefficientsRecord(
@@ -179,7 +181,7 @@ def _coefficients(
 
 
 def _over_sites(estimates: Sequence[EstimateRecord]) -> EstimateRecord:
-    """The best site's estimate with an interval that holds those of all."""
+    """The best site's estimate with an interval that contains the intervals of all sites."""
     low = [each.low for each in estimates if each.low is not None]
     high = [each.high for each in estimates if each.high is not None]
     return dataclasses.replace(
@@ -225,7 +227,7 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
 
 
 def _laws(believed: Sequence[SiteFit], found: Location, progress: Callable[[], None]) -> list[LawFit]:
-    """The laws at sites that are believed, the lowest BIC first; behind them a smooth function of speed where none holds."""
+    """Laws at the accepted sites, the lowest BIC first; then a smooth function of speed if all laws are rejected."""
     sites = [inputs_held(fit) for fit in believed if fit.unmodelled.quantity in LOADS]
     simple = fitted_laws(sites, found.noise, progress)
     return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]
@@ -250,7 +252,7 @@ def _law(fit: LawFit, level: float) -> LawRecord:
 
 
 def _amplitude_sd(fit: LawFit) -> tuple[tuple[float, ...], ...]:
-    """Of a law of speed."""
+    """Standard deviations of the amplitude for a law of speed; empty for a law of the motion."""
     if fit.law.follows_motion:
         return ()
     _, sd = fit.amplitude(fit.site.likelihood.problem.speed)
@@ -260,8 +262,11 @@ def _amplitude_sd(fit: LawFit) -> tuple[tuple[float, ...], ...]:
 def _extended(
     law: LawFit, plain: SiteFit, baseline: Fit | None, n_block: int
 ) -> tuple[ExtensionRecord | None, PredictiveGainRecord | None]:
-    """The model with a law as part of it, and its predictive gain over the baseline model; none where the problem does not take it – it is no rotor of
-    this project, or has a force of this law already – or has no steady motion with it."""
+    """The model with a law as part of it, and its predictive gain over the baseline model.
+
+    None if the problem does not take the law (not a rotor of this project, or one with a force of this law already), or has no
+    steady-state response with it.
+    """
     settings: dict[str, Any] = {"position": law.site.unmodelled.position, "law": law.law.key}
     if isinstance(law.law, SmoothForce):
         settings["knots"] = law.law.knots.tolist()

@@ -46,11 +46,10 @@ TOLERANCE = 1e-2  # of a deviance
 
 
 def misreadings(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> tuple[str, ...]:
-    """A remark on the readings that fit best, or nothing; `x` (d,) SI and `noise` are those of the fit, which is bad where
+    """A remark on the readings that fit best; empty unless the fit is bad. `x` (d,) SI and `noise` belong to the fit. It is bad if
     the lack-of-fit test `rejected` it or the noise, if estimated, is implausibly large.
 
-    Nothing is said where many fits in passing may take long: of a problem without a sensitivity, or with unknowns that are
-    costly to change.
+    Also empty if the many fits may take long: for a problem without a sensitivity, or with unknowns that are costly to change.
     """
     if noise is None or noise.is_absent or not case.problem.has_sensitivity or len(case.problem.costly):
         return ()
@@ -73,7 +72,7 @@ def misreadings(case: Case, x: Array, noise: Noise | None, *, rejected: bool) ->
 
 
 def _better(problem: Problem, ways: Iterable[Reading], as_read: Fit) -> list[tuple[Reading, Fit]]:
-    """The readings that fit decisively better and leave plausible noise, those that do so about as well as the best."""
+    """The readings that fit decisively better, leave plausible noise, and fit about as well as the best one."""
     margin = max(DECISIVE, -2 * np.log(NOISE_RATIO) * as_read.likelihood.n_residual)
     first = [(reading, fit) for reading in ways if (fit := _fit(problem, reading.measurement)) is not None]
     first = sorted(first, key=lambda each: each[1].deviance)[:SURVIVORS]
@@ -105,7 +104,7 @@ def _climbed(likelihood: Likelihood, theta: Array, iterations: int = MAX_ITERATI
 
 
 def _share(noise: Noise, response: ComplexArray) -> float:
-    """The noise's standard deviation as a part of the response (n_speed, n_channel), in the median."""
+    """Median of the noise's standard deviation as a part of the response (n_speed, n_channel)."""
     amplitude = np.abs(response)
     return float(np.median(noise.sd(amplitude) / amplitude))
 
@@ -125,7 +124,7 @@ def _text(found: Sequence[tuple[Reading, Fit]], as_read: Fit) -> str:
 
 
 def _joined(ways: Sequence[tuple[str, ...]]) -> str:
-    """What all of them say, and what each says of its own."""
+    """Statements common to all ways, then the statements of single ways."""
     common = [said for said in ways[0] if all(said in way for way in ways)]
     own = dict.fromkeys(said for way in ways for said in way if said not in common)
     return ", and ".join([*common, *(["; or ".join(own)] if own else [])])
@@ -183,7 +182,7 @@ def readings(measurement: Measurement) -> Iterator[Reading]:
 
 
 def _swapped(measurement: Measurement) -> Iterator[Reading]:
-    """The two probes of one plane exchanged, where there are other planes."""
+    """The two probes of one plane exchanged, if there are other planes."""
     channels = measurement.channels
     planes = dict.fromkeys(channel.position for channel in channels)
     for plane in planes if len(planes) > 1 else ():
@@ -269,8 +268,8 @@ MISREAD = {"Hz": HERTZ / RPM, "rad/s": 1 / RPM}  # what a number of this unit is
 
 
 def slips(case: Case, x: Array) -> tuple[str, ...]:
-    """Remarks on the measured band beside the critical speeds at values x (d,) SI. Of a problem that does not know its
-    modes, or is too large to ask for them in passing, nothing is said."""
+    """Remarks on the measured band compared with the critical speeds at values x (d,) SI; empty if the problem does not know its
+    modes, or is too large to compute them in passing."""
     speed = case.measurement.speed
     lowest, highest = float(np.min(speed)), float(np.max(speed))
     criticals = _first_criticals(case.problem, x, highest)

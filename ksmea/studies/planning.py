@@ -122,7 +122,7 @@ class PlanningOptions(Settings):
 
 
 def planning_study(point: DesignPoint, options: PlanningOptions | None = None) -> PlanningRecord:
-    """What to add to data on the problem's speeds and channels, so that one unknown (c-optimal) or all of them (D-optimal)
+    """Additions to data on the problem's speeds and channels with which one unknown (c-optimal) or all of them (D-optimal)
     become known best near a point."""
     options = options or PlanningOptions()
     problem, x, noise = point.problem, point.x, point.noise
@@ -362,7 +362,7 @@ def _family(
 
 
 def _columns(additions: Sequence[Addition]) -> dict[str, Any]:
-    """What the additions are, column by column; None for what none of them has."""
+    """Additions column by column; None for a column that no addition has."""
     columns = {name: tuple(getattr(addition, name) for addition in additions) for name in vars(additions[0])}
     return {name: None if column[0] is None else column for name, column in columns.items()}
 

@@ -1,4 +1,4 @@
-"""What a campaign tells a balancer: unknown weights, influence coefficients, and weights that cancel the unbalance.
+"""Balancing results of a campaign: unknown weights, influence coefficients, and weights that cancel the unbalance.
 
 All of it follows from the unknowns and their covariance C at the maximum of the likelihood (inverse Fisher information). A
 function g of them has the covariance J C Jᵀ with J = ∂g/∂x (delta method). A weight has two components w; the interval of
@@ -42,7 +42,7 @@ class _Estimate:
 
 
 def weights_found(fit: Fit, level: float) -> WeightsRecord | None:
-    """Of a fit of a campaign in which the shaft carried weights; None of any other, and of a problem that takes none."""
+    """Weights found by the fit of a campaign; None if no run carried any, or the problem or the data cannot determine them."""
     problem, measurement = fit.problem, fit.measurement
     campaign = measurement.campaign
     if campaign is None or not _positions(campaign) or measurement.is_amplitude or not _can_tell(problem):
@@ -72,19 +72,19 @@ def _can_tell(problem: Problem) -> bool:
 
 
 def _covariance(fit: Fit) -> Array:
-    """Of the unknowns (d, d) SI, the noise estimated along."""
+    """Covariance of the unknowns (d, d) SI, if the noise is also estimated."""
     d = fit.likelihood.d
     scale = np.outer(fit.problem.parameters.width, fit.problem.parameters.width)
     return np.asarray(np.linalg.pinv(fit.point.information, hermitian=True)[:d, :d] * scale)
 
 
 def _positions(campaign: Campaign) -> list[float]:
-    """Where the shaft carried weights in any run, m."""
+    """Positions at which the shaft carried weights in any run, m."""
     return [weight.position for run in campaign.runs for weight in run.all_weights]
 
 
 def _planes(problem: Problem, campaign: Campaign, unbalance: Mapping[float, complex]) -> list[float]:
-    """Where weights were, where the unbalance is and where disks are, from the left, m; where the unbalance is as it is."""
+    """Positions of weights, of the unbalance and of disks, from the left, m; positions of the unbalance are kept exactly."""
     planes = list(unbalance)
     for position in (*_positions(campaign), *disk_positions(problem).values()):
         if not any(is_on(position, other) for other in planes):
@@ -194,8 +194,8 @@ def _quadratic(slope: Array, covariance: Array) -> Array:
 def _amplitudes(
     problem: Problem, found: _Estimate, unbalance: Mapping[float, complex], influence: Mapping[float, ComplexArray]
 ) -> tuple[Array, Array]:
-    """1X amplitudes (n_speed, n_channel), m, without weights, and what is expected with the corrections: what the model has
-    besides unbalance, and the unbalance that is there less the one that was found."""
+    """1X amplitudes (n_speed, n_channel), m, without weights, and expected with the corrections: of all excitation in the model other
+    than unbalance, and of the difference between the true unbalance and the one that was found."""
     corrected = problem
     for position, size in unbalance.items():
         corrected = corrected.with_unbalance(position, abs(size), float(np.angle(-size)))

@@ -35,7 +35,7 @@ AMPLITUDE = re.compile(r"([0-9]+\.?[0-9]*)\s*x\s*amplitude", re.ASCII)
 
 @dataclass
 class _Channel:
-    """What one channel is, and its samples, while they are read."""
+    """Properties and samples of one channel, while they are read."""
 
     said: dict[str, str] = field(default_factory=dict)
     lines: list[int] = field(default_factory=list)
@@ -44,7 +44,7 @@ class _Channel:
 
 
 def read_adre(content: bytes, answers: Answers) -> list[Curve]:
-    """The channels of a list, each at each harmonic that it has. Raises `SettingError` with the line where it is none."""
+    """The channels of a list, each at each harmonic that it has. Raises `SettingError`, with the line at fault, for other content."""
     path, text = answers.path, text_of(content, answers.path)
     channels = _channels(text, path)
     if not channels:

@@ -103,7 +103,7 @@ def columns_question(
     *,
     is_plain: bool = False,
 ) -> OpenQuestion:
-    """The question what columns hold, with what the headings suggest: those of the first of some lines that suggest anything, or
+    """The question what columns hold, with suggestions by the headings: by the first of the lines that suggest anything, or
     else the `placeholders`. With `is_plain` the file has no headings, and columns have numbers."""
     if is_plain:
         numbered = tuple(each.replace("HEADING", "#NUMBER") for each in placeholders)

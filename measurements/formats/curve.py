@@ -1,4 +1,4 @@
-"""What one probe of a file shows at one harmonic, in the file's own units."""
+"""Reading of one probe of a file at one harmonic, in the file's own units."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 @dataclass(frozen=True)
 class Curve:
-    """The rows of one probe in the order of the file, (n,) each. Texts are those of the file, empty where it does not say."""
+    """The rows of one probe in the order of the file, (n,) each. Texts are copied from the file, empty if it does not have them."""
 
     name: str
     where: str  # in the file, for messages

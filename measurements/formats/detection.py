@@ -63,7 +63,7 @@ def suggested_format(path: str, content: bytes) -> Suggested | None:
 
 
 def _is_waveform(text: str) -> bool:
-    """Whether one of the first lines names a keyphasor beside other columns."""
+    """Whether one of the first lines names a keyphasor together with other columns."""
     lines = [line for line in text.splitlines()[:MOST_LINES] if not line.startswith("#")]
     return any(
         guessed_waveforms([cell.strip(' "') for cell in line.split(separator)])

@@ -62,7 +62,7 @@ class Sheet:
         return [_as_text(cell) for cell in self.columns[self.named(name)]]
 
     def numbers(self, name: str) -> Array:
-        """A column as numbers, NaN where the file says that there is none."""
+        """A column as numbers, NaN for cells that the file marks as missing."""
         cells = self.columns[self.named(name)]
         if isinstance(cells, np.ndarray):
             if np.iscomplexobj(cells):
@@ -165,8 +165,8 @@ MOST_LINES = 100  # in which headings are looked for, to suggest what they hold
 
 
 def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows: int = MAX_ROWS) -> Sheet:
-    """The table below the first line that has all of these headings; those of the project's own file where none are given.
-    Lines that begin with # are remarks, and what stands above the headings is left alone."""
+    """The table below the first line that has all of these headings; the headings of the project's own file if none are given.
+    Lines that begin with # are remarks, and lines above the headings are ignored."""
     text = text_of(content, path)
     for separator in (*SEPARATORS, BLANKS):
         table = _table(text, separator, path, list(headings), most_rows)
@@ -185,7 +185,7 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
 
 
 def has_no_headings(text: str, path: str) -> bool:
-    """Whether the first line that is no remark holds values: a logger's file whose columns are known by their number."""
+    """Whether the first line that is not a remark holds values: a logger's file whose columns are known by their number."""
     for separator in (*SEPARATORS, BLANKS):
         for _, cells in rows_of_cells(text, separator, path):
             if not cells[0].startswith("#"):

@@ -53,7 +53,7 @@ class _Block:
 
 
 def read_system1(content: bytes, answers: Answers) -> list[Curve]:
-    """The points of an export. Raises `SettingError` with the line where it is none."""
+    """The points of an export. Raises `SettingError`, with the line if there is one at fault, if the text is not such an export."""
     path, text = answers.path, text_of(content, answers.path)
     separator = _separator(text)
     if separator is None:
@@ -148,7 +148,7 @@ def _add(block: _Block, line: int, cells: list[str], path: str) -> None:
 
 
 def _curve(block: _Block, path: str) -> Curve | None:
-    """The curve of a point; None of a variable that is no harmonic, such as the overall amplitude."""
+    """The curve of a point; None if its variable is not a harmonic, such as the overall amplitude."""
     named = block.named
     name = named.get("point name", "")
     variable = named.get("variable", "1X")

@@ -48,12 +48,12 @@ OWN_COLUMNS = {
 
 @dataclass(frozen=True)
 class Roles:
-    """Headings by role and name of the probe; '' where a role is that of all."""
+    """Headings by role and name of the probe; '' if the role belongs to all probes."""
 
     headings: dict[tuple[str, str], str]
 
     def of(self, role: str, name: str = "") -> str | None:
-        """The heading of a role for a probe, or of all; None where there is none."""
+        """The heading of a role for a probe, or of all; None if neither is given."""
         return self.headings.get((role, name)) or self.headings.get((role, ""))
 
     @property
@@ -67,7 +67,7 @@ class Roles:
 
 
 def roles_of(texts: Sequence[str]) -> Roles:
-    """What `columns` says. Raises `SettingError` where a text is no role=heading, or a role stands twice."""
+    """Roles given by `columns`. Raises `SettingError` if a text is not role=heading, or a role is given twice."""
     found: dict[tuple[str, str], str] = {}
     for text in texts:
         left, separator, heading = text.partition("=")

@@ -91,7 +91,7 @@ def has_decimal_commas(cells: Sequence[str], where: str) -> bool:
 
 
 def number(cell: str, where: str, *, decimal_comma: bool = False) -> float:
-    """A cell as a number; NaN where it says that there is none. `SettingError` where it is something else."""
+    """A cell as a number; NaN if it is marked as missing. `SettingError` if it is something else."""
     if cell.lower() in MISSING:
         return math.nan
     if decimal_comma and COMMA.fullmatch(cell):

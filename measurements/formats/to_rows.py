@@ -245,7 +245,7 @@ def _require_all_or_none(channels: Sequence[Decided], answers: Answers) -> None:
 
 
 def _rows(channels: Sequence[Decided], path: str) -> Rows:
-    """The rows of all channels, in the order of time where it is known, else the n-th rows of all beside each other."""
+    """The rows of all channels, in the order of time if it is known, else the n-th rows of all channels together."""
     n_row = sum(len(each.curve.line) for each in channels)
     if n_row > MAX_ROWS:
         raise SettingError(f"{path}: expected at most {MAX_ROWS} rows (speeds × channels), got {n_row}; thin them out")

@@ -76,7 +76,7 @@ _PARENTHESES = re.compile(r"[\[(]([^\[\]()]*)[\])]\s*$")
 
 @dataclass(frozen=True)
 class AmplitudeUnit:
-    """What a text says of an amplitude: its unit and its detector, either empty where it does not say."""
+    """Unit and detector of an amplitude as a text states them, each empty if it is not stated."""
 
     unit: str
     detector: str
@@ -114,7 +114,7 @@ def detector_of(text: str) -> str:
 
 
 def _apart(text: str) -> tuple[str, str]:
-    """What stands before the detector, in small letters, and the detector."""
+    """The text before the detector, in lower case, and the detector."""
     left = _plain(text).replace("²", "2").replace("_", " ")
     for name, pattern in _DETECTOR.items():
         left, found = re.subn(rf"(?:^|(?<=\s))(?:{pattern})$", "", left)
@@ -134,7 +134,7 @@ def speed_unit(text: str) -> str:
 
 
 def seconds_per(unit: str, where: str) -> float:
-    """The size of a unit of time; that of seconds where none is named.
+    """Size of a unit of time, s; 1 if no unit is named.
 
     >>> seconds_per("ms", ""), seconds_per("", "")
     (0.001, 1.0)
@@ -146,7 +146,7 @@ def seconds_per(unit: str, where: str) -> float:
 
 
 def degrees_per(unit: str) -> float:
-    """The size of a unit of phases in degrees; what is no such unit, as in 'Phase (lag)', leaves them degrees.
+    """Size of a unit of phases in degrees; 1 for a text that is not such a unit, as in 'Phase (lag)'.
 
     >>> round(degrees_per("rad"), 3), degrees_per("lag")
     (57.296, 1.0)

@@ -73,5 +73,5 @@ def hub_width(rotor: Rotor, position: float) -> float:
 
 
 def thickness(disk: Disk) -> float:
-    """That of a homogeneous ring with these moments of inertia, m; 0 where there is none."""
+    """Thickness of a homogeneous ring with these moments of inertia, m; 0 if no ring has them."""
     return float(np.sqrt(max(0.0, 12 * (disk.diametral_inertia - disk.polar_inertia / 2) / disk.mass)))

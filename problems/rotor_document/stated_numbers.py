@@ -36,7 +36,7 @@ class StatedNumber:
 
 
 def split(document: Block) -> tuple[Block, list[StatedNumber]]:
-    """A document with plain numbers, and those that are not exact."""
+    """A document with plain numbers, and its numbers that are not exact."""
     found: list[StatedNumber] = []
     values = {
         key: value if key in NOT_HERE else _plain(document, (key,), value, found)
@@ -96,7 +96,7 @@ def deviation(block: Block, key: str, value: Any) -> float:
 
 
 def _shown(path: Path) -> str:
-    """As errors name it: disks[2].mass."""
+    """Path of a number in errors, such as disks[2].mass."""
     return "".join(_steps(path)).removeprefix(".")
 
 

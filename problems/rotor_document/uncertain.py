@@ -94,8 +94,8 @@ OF_TOLERANCES = {"probe_position": "length", "direction": "angle"}
 
 @dataclass(frozen=True)
 class Inexact:
-    """Unknowns that the numbers of a file make: of bearings and unbalance, of the rotor and of its probes, to be searched; and those that
-    are known to a tolerance."""
+    """Unknowns that the numbers of a file make: of bearings and unbalance, of the rotor and of its probes, to be searched; and numbers
+    that are known to a tolerance."""
 
     unknowns: tuple[Unknown, ...] = ()
     numbers: tuple[RotorNumber, ...] = ()
@@ -144,7 +144,7 @@ class _Reader:
         return float(stated.value) * self.unit(stated).si
 
     def target(self, stated: StatedNumber) -> tuple[Target, str] | None:
-        """What a number of a bearing, a support or an unbalance sets, and in words; None: it is none of these."""
+        """Target that a number of a bearing, a support or an unbalance sets, and its name in words; None for any other number."""
         thing, index, *rest = stated.path
         if not isinstance(index, int):
             return None
@@ -159,7 +159,7 @@ class _Reader:
         return None
 
     def places(self, stated: StatedNumber) -> tuple[tuple[Place, ...], str]:
-        """Where the rotor has a number, and its name in words."""
+        """Places of a number in the rotor, and its name in words."""
         thing, index, *rest = stated.path
         key = stated.key
         words = key.replace("_", " ")
@@ -317,7 +317,7 @@ def _probes(
 
 
 def read_tolerances(document: Block, units: Units) -> Tolerances:
-    """`tolerances: typical`, or a map of those that differ from it; none of a file without the key."""
+    """`tolerances: typical`, or a map of the tolerances that differ from it; `NONE` for a file without the key."""
     if "tolerances" not in document.values:
         return NONE
     if isinstance(document.values["tolerances"], str):

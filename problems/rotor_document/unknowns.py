@@ -72,7 +72,7 @@ def read_unknowns(
 
 
 def _prior(block: Block, unit: Unit) -> Prior | None:
-    """What is known of an unknown before any measurement, if the file says it: its value and standard deviation."""
+    """Prior of an unknown, value and standard deviation before any measurement; None if the file has no prior."""
     given = [key for key in ("value", "sd") if key in block.values]
     if not given:
         return None

@@ -26,7 +26,7 @@ LEAST_PCT, MOST_PCT = 1e-3, 1e4  # what lies beyond stands at the upper edge as 
 
 def identifiability_chart(record: IdentifiabilityRecord, title: str = "") -> Chart:
     """Half-widths of the intervals in per cent of the values (of the range of its search for a value of 0 and for an angle,
-    which the legend says), with other data; of a record without variations, those of the data as they are."""
+    which the legend says), with other data; for a record without variations, with the data as they are."""
     by_name: dict[str, list[Variation]] = {}
     unseen = record.least_variations
     for entry in record.variations:
@@ -55,7 +55,7 @@ def label(parameter: Unknown) -> str:
 
 
 def _with_other_data(record: IdentifiabilityRecord, name: str, entries: Sequence[Variation]) -> Panel:
-    """Of each unknown a line, or symbols beside each other where what was varied has names."""
+    """A line for each unknown, or symbols side by side if the variation has named values."""
     is_named = name in ("band", "kind", "numbers")
     at = np.array([number if is_named else entry.value for number, entry in enumerate(entries)], dtype=float)
     widths = half_widths([entry.crlb_si for entry in entries], record)

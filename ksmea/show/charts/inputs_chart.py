@@ -15,7 +15,7 @@ NOISE, OTHERS = "noise", "other numbers"
 
 
 def inputs_chart(inputs: Sequence[InputRecord]) -> Chart:
-    """Numbers in their stated standard deviations: as the data leave them, those that the data see."""
+    """Change of each number that the data see, with its standard deviation, in units of its stated standard deviation."""
     seen = sorted((each for each in inputs if each.is_seen), key=lambda each: -abs(each.pull))
     elements: list[Element] = [Level(at=end, along="x", dash="dash", width=0.8) for end in (-1.0, 1.0)]
     for is_contradicted, name, colour in ((True, "contradicted", MODEL), (False, "as stated", CONTEXT)):

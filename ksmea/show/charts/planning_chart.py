@@ -120,7 +120,7 @@ def _lines(family: Family) -> dict[str, Array]:
 
 
 def _is_unknown(record: PlanningRecord) -> bool:
-    """Whether the target is not known yet, so that there is no reduction to show."""
+    """Whether the target is not known yet, so that a reduction cannot be shown."""
     return record.target is not None and record.target in record.unknown_with(record.crlb)
 
 
@@ -139,7 +139,7 @@ def _quantity(record: PlanningRecord) -> str:
 
 
 def _shown(record: PlanningRecord, family: Family) -> Array:
-    """What is drawn for each candidate, nan where there is no number."""
+    """Value drawn for each candidate, NaN if it has none."""
     candidates, target = family.candidates, record.target_unknown
     if target is None and _counts_prior(record):
         return np.array(candidates.criterion_reduction_pct)

@@ -46,7 +46,7 @@ def curves_of_datasets(sets: Sequence[tuple[int, Dataset]], answers: Answers) ->
 
 
 def waveforms_of_uff(content: bytes, path: str) -> Sheet:
-    """The time histories of a universal file, as columns beside their common time."""
+    """The time histories of a universal file and their common time, as columns."""
     sets = datasets(content, path)
     histories = [each for _, each in sets if each["func_type"] == TIME_RESPONSE]
     if not histories:
@@ -66,7 +66,7 @@ def waveforms_of_uff(content: bytes, path: str) -> Sheet:
 
 
 def datasets(content: bytes, path: str) -> list[tuple[int, Dataset]]:
-    """Number and content of each dataset 58. `SettingError` where there is none, or the file cannot be read."""
+    """Number and content of each dataset 58. `SettingError` if the file has none, or cannot be read."""
     try:
         import pyuff
     except ImportError as error:

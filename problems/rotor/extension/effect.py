@@ -35,7 +35,7 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
     """Base of effects on rotors; the fields of an effect say where it sits."""
 
     def __str__(self) -> str:
-        """Where it sits, for people."""
+        """Location of the effect, in words."""
         return "whole rotor"
 
     @property

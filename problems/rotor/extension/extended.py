@@ -1,8 +1,8 @@
-"""How a rotor moves with effects that its baseline model lacks.
+"""Response of a rotor with effects that its baseline model lacks.
 
-An effect may change the rotor itself (which costs a reduction
-anew per value), the impedances of its bearings at each speed, the forces on it, also those that follow a law of its
-motion, and what the probes make of that; all but the first are as cheap as a change of bearings.
+An effect may change the rotor itself (which requires another reduction for each value), the impedances of its bearings at each
+speed, the forces on it, including forces that follow a law of its motion, and the readings of the probes. All but the first are
+as cheap as a change of bearings.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ MAX_LINEARISED = 8  # kept of responses with their sensitivities: several fits s
 
 @dataclass(frozen=True, eq=False)
 class ExtendedPhysics(RotorWithEffects, Physics):
-    """Motion of a rotor with effects. Of several steady motions it has that of a slow run, or that next to `near` (n_speed, n_order,
-    n_unit), m, the motion of the sites of forces that depend on it."""
+    """Motion of a rotor with effects. If several steady-state responses exist, it is the response of a slow run, or the one next to
+    `near` (n_speed, n_order, n_unit), m: the motion of the sites of forces that depend on it."""
 
     near: ComplexArray | None = None
 
@@ -74,7 +74,8 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         return self._rotor_by_rotor(x, (len(self.base.channels),), (), self._reduced_response)
 
     def response_next_to(self, x: Array, points: Array) -> ComplexArray:
-        """The response (n, n_speed, n_channel), m, at points (n, d) SI; of several steady motions that next to the one at x (d,)."""
+        """Response (n, n_speed, n_channel), m, at points (n, d) SI; of several steady-state responses the one next to the response at
+        x (d,)."""
         if self._is_nonlinear and tuple(x) not in self._site_motions:
             self.response(x[None])
         return self._rotor_by_rotor(
@@ -85,7 +86,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         )
 
     def with_loads(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray]:
-        """By one reduction where unknowns change the rotor, so that each value costs one."""
+        """By one reduction if unknowns change the rotor, so that each value costs one."""
         if not len(self.costly):
             return super().with_loads(x, loads)
         shape = (len(self.base.channels), 1 + len(loads))
@@ -102,8 +103,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         loads: tuple[Load, ...],
         evaluate: Callable[[Reduction, Array], ComplexArray],
     ) -> ComplexArray:
-        """What is evaluated of sets (n, d), (n, n_speed, *shape), with one reduction for all that change the rotor
-        alike."""
+        """Results of `evaluate` for sets (n, d), (n, n_speed, *shape), with one reduction for all that change the rotor alike."""
         found = np.empty((len(x), len(self.base.speed), *shape), dtype=complex)
         changing = x[:, self.costly]
         _, group = np.unique(changing, axis=0, return_inverse=True) if changing.size else (None, np.zeros(len(x), int))
@@ -167,7 +167,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         return np.concatenate([self._dense(row[None]) for row in x])
 
     def free_motion(self, x: Array, highest: float, n_mode: int) -> FreeMotion:
-        """Of the rotor with all that is linear in the motion and does not turn with the shaft."""
+        """Free vibration of the rotor with all that is linear in the motion and does not turn with the shaft."""
         base = self.base
         own, of_effects = self.parts(x[None])
         inputs, (linear, nonlinear) = base.inputs(own), self.forces(of_effects)
@@ -195,7 +195,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         )
 
     def unbalance(self, x: Array) -> dict[float, complex]:
-        """Of the rotor itself, and of effects that are unbalance too."""
+        """Unbalance of the rotor itself, and of effects that are unbalance too."""
         own, of_effects = self.parts(x[None])
         found = dict(self.base.unbalance(own[0]))
         origin = self.base.inputs(own).origin[0]
@@ -230,7 +230,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         return columns, of_effects
 
     def _turning_motion(self, x: Array, sizes: ComplexArray) -> ComplexArray:
-        """Motion at the seen channels where a stiffness turns with the shaft, (n, n_speed, n_seen), for sets with the same rotor."""
+        """Motion at the seen channels if a stiffness turns with the shaft, (n, n_speed, n_seen), for sets with the same rotor."""
         of_effects = self.parts(x)[1]
         make = partial(self._turning_shaft, self.rotor_with(x[0]), x[0, self.costly])
         shaft = recent(self._turning_shafts, tuple(x[0, self.costly]), make, MAX_REDUCTIONS)
@@ -239,7 +239,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
 
     @cached_property
     def _site_motions(self) -> OrderedDict[tuple[float, ...], ComplexArray]:
-        """Of the sites of forces that are not linear in the motion, by values of the unknowns."""
+        """Motion of the sites of forces that are not linear in the motion, by values of the unknowns."""
         return OrderedDict()
 
     @cached_property
@@ -291,7 +291,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         return self.observed(motion[None] + self._sweep_change(x), of_effects)
 
     def _sweep_change(self, x: Array) -> ComplexArray:
-        """What a sweep of the speed adds to the motion at the seen channels, (n, n_speed, n_seen) m, for sets (n, d) with the
+        """Change of the motion at the seen channels by a sweep of the speed, (n, n_speed, n_seen) m, for sets (n, d) with the
         same rotor."""
         change = np.zeros((len(x), len(self.base.speed), len(self.seen_channels)), dtype=complex)
         for sweep in self.sweeps(self.parts(x)[1]):
@@ -302,7 +302,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         return change
 
     def _poles(self, x: Array, sweep: Sweep) -> Poles:
-        """Those of the motion at the seen channels, for sets (n, d) with the same rotor."""
+        """Poles of the motion at the seen channels, for sets (n, d) with the same rotor."""
         own, of_effects = self.parts(x)
         inputs = self.base.inputs(own)
         rotor, nodes = self.rotor_with(x[0]), sweep.nodes
@@ -341,7 +341,7 @@ def _mark(effect: RotorHooks, problem: RotorProblem) -> EffectMark:
 
 
 def _left_out(problem: RotorWithEffects, laws: Sequence[str]) -> tuple[str, ...]:
-    """What no linear eigenproblem at a constant speed has."""
+    """Remarks on effects that a linear eigenproblem at a constant speed cannot include."""
     turning = [_mark(effect, problem.base).name for effect in problem.effects if effect.turns]
     remarks = [f"Free motions leave out {each}, whose stiffness turns with the shaft." for each in turning]
     return (*remarks, *(f"Free motions leave out the {law} force, which is not linear in the motion." for law in laws))

@@ -1,6 +1,6 @@
 """Response and sensitivity of an extended rotor from one solution of it, whatever its effects change.
 
-The rotor obeys D q = F s, with loads F of sizes s. Where a row c reads the motion, a change of the model is seen as
+The rotor obeys D q = F s, with loads F of sizes s. In the motion that a row c reads, a change of the model is seen as
 
     c dq = yᵀ (dF s − dD q) + c D⁻¹ F ds,    Dᵀ y = c,
 
@@ -72,7 +72,7 @@ def _shown(
     columns: ComplexArray,
     change: ComplexArray,
 ) -> tuple[ComplexArray, ComplexArray]:
-    """What the probes show, with forces by laws acting, of columns (n_speed, n_seen, n_column) and their change (d, …)."""
+    """Readings of the probes, with forces by laws acting, for columns (n_speed, n_seen, n_column) and their change (d, …)."""
     if problem.shows_motion:
         n_channel = len(problem.base.channels)
         return columns[:, :n_channel], np.moveaxis(change[:, :, :n_channel], 0, -1)
@@ -95,7 +95,7 @@ def _at_ports(
 def _over_shaft(
     problem: RotorWithEffects, x: Array, impedance: ComplexArray, weights: ComplexArray, loads: tuple[Load, ...]
 ) -> Solution:
-    """The same where unknowns change the rotor, by the motion of the whole shaft."""
+    """Solution for a rotor that unknowns change, by the motion of the whole shaft."""
     shaft = WholeShaft(problem, problem.rotor_with(x), problem.channels_with(x[problem.costly]), impedance, loads)
     forces = shaft.forces()  # (n_speed, n_dof, n_load)
     links = shaft.links

@@ -41,19 +41,18 @@ class RotorHooks(ABC):
 
     @abstractmethod
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        """Its unknowns, with limits that hold 0, where the model is as without it."""
+        """Unknowns of the effect, with limits that contain 0. At 0 the model is as without the effect."""
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         """The rotor as changed by one set of values (e,)."""
         return rotor
 
     def moved(self, looking: Sequence[Channel], channels: Sequence[Channel], theta: Array) -> tuple[Channel, ...]:
-        """Where probes are, and in which directions they look, at one set of values (e,): `looking` for each of these channels without
-        this effect."""
+        """Positions and directions of the probes at one set of values (e,); `looking` are the channels without this effect."""
         return tuple(looking)
 
     def costly(self, n_unknown: int) -> Indices:
-        """Which of its unknowns change the rotor or move probes, each new value of which takes a reduction anew."""
+        """Indices of the unknowns that change the rotor or move probes; each new value of them requires another reduction."""
         return np.arange(n_unknown if self.changes_rotor or self.moves_probes else 0)
 
     def of_probes(self, n_unknown: int) -> Mask:
@@ -61,7 +60,7 @@ class RotorHooks(ABC):
         return np.full(n_unknown, self.moves_probes and not self.changes_rotor)
 
     def linear(self, n_unknown: int) -> Mask:
-        """Of which unknowns the rotor's matrices are linear functions, whatever others of them are."""
+        """Mask of the unknowns on which the rotor's matrices depend linearly, at any values of the others."""
         return np.zeros(n_unknown, dtype=bool)
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
@@ -71,7 +70,7 @@ class RotorHooks(ABC):
         return impedance
 
     def support(self, theta: Array) -> Support | None:
-        """What carries the bearings, in series with each; None: rigid ground."""
+        """Support of the bearings, in series with each; None for rigid ground."""
         return None
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
@@ -79,32 +78,32 @@ class RotorHooks(ABC):
         raise NotImplementedError
 
     def going(self, direction: str) -> Self:
-        """The same in a run in which the speed goes up, down or is steady. Left out: as it is."""
+        """This effect in a run with rising, falling or steady speed. Default: unchanged."""
         return self
 
     def load_sizes(self, theta: Array) -> ComplexArray:
-        """How large each load is, (n, n_load)."""
+        """Size of each load, (n, n_load)."""
         raise NotImplementedError
 
     @property
     def further_orders(self) -> Sequence[int]:
-        """Multiples of the speed of rotation, beside 1X, at which it has loads, up to `problems.rotor.extension.turning.HIGHEST`."""
+        """Multiples of the speed of rotation, other than 1X, at which it has loads, up to `problems.rotor.extension.turning.HIGHEST`."""
         return ()
 
     def loads_at(self, rotor: Rotor, speed: Array, order: int) -> ComplexArray:
-        """The same as `loads` at one of these."""
+        """Nodal forces per unit of each load at one of `further_orders`, shaped as in `loads`."""
         raise NotImplementedError
 
     def load_sizes_at(self, theta: Array, order: int) -> ComplexArray:
-        """The same as `load_sizes`."""
+        """Size of each load of `loads_at`, shaped as in `load_sizes`."""
         raise NotImplementedError
 
     def unbalance(self, theta: Array) -> Mapping[float, complex]:
-        """What of its loads is unbalance at one set of values (e,), by position (m), kg m in the direction of the force."""
+        """Unbalance among its loads at one set of values (e,), by position (m), kg m in the direction of the force."""
         return {}
 
     def site_law(self) -> SiteLaw | None:
-        """Where a force acts that follows a law, whose coefficients are its unknowns; None: nowhere."""
+        """Site and law of a force whose coefficients are the unknowns; None if no such force acts."""
         return None
 
     def turning_rows(self, rotor: Rotor) -> Array:
@@ -128,7 +127,7 @@ class RotorHooks(ABC):
         return ()
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
-        """What the probes make of a motion, (n, n_speed, n_channel) m."""
+        """Readings of the probes for a motion, (n, n_speed, n_channel) m."""
         return response
 
 

@@ -1,7 +1,6 @@
-"""What effects make of a rotor, all together: its matrices, the impedances of its bearings, the forces on it, and what its probes
-show.
+"""A rotor with all its effects: its matrices, the impedances of its bearings, the forces on it, and the readings of its probes.
 
-Values of all unknowns are rows of x (n, d), SI: those of the rotor itself, then those of each effect.
+Values of all unknowns are rows of x (n, d), SI: first the rotor's own unknowns, then the unknowns of each effect.
 """
 
 from __future__ import annotations
@@ -52,18 +51,18 @@ class RotorWithEffects:
 
     @cached_property
     def _columns(self) -> list[Indices]:
-        """Where the unknowns of the rotor itself lie, then those of each effect."""
+        """Columns of the rotor's own unknowns, then of the unknowns of each effect."""
         counts = [len(items) for items in self._unknowns]
         return np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
 
     def parts(self, x: Array) -> tuple[Array, list[Array]]:
-        """The values (n, …) of the rotor's own unknowns, and those of each effect."""
+        """Values (n, …) of the rotor's own unknowns, and of the unknowns of each effect."""
         own, *of_effects = (x[:, columns] for columns in self._columns)
         return own, of_effects
 
     @cached_property
     def _costly(self) -> list[Indices]:
-        """Of each effect, which of its own unknowns change the rotor itself or move its probes."""
+        """Indices, for each effect, of its own unknowns that change the rotor itself or move its probes."""
         return [effect.costly(len(columns)) for effect, columns in zip(self.effects, self._columns[1:])]
 
     @cached_property
@@ -74,7 +73,7 @@ class RotorWithEffects:
 
     @cached_property
     def linear(self) -> Mask:
-        """Of which unknowns (d,) the matrices of the rotor are linear functions, whatever others of them are."""
+        """Mask (d,) of the unknowns on which the rotor's matrices depend linearly, at any values of the others."""
         return self._mask(lambda effect, n_unknown: effect.linear(n_unknown))
 
     @cached_property
@@ -133,7 +132,7 @@ class RotorWithEffects:
         return channel if within == channel.position else replace(channel, position=within)
 
     def _changing(self, changing: Array) -> Iterator[tuple[RotorHooks, Array]]:
-        """Effects with costly unknowns and the values of their own, 0 of those that are not costly."""
+        """Effects with costly unknowns and the values of their own unknowns, with 0 for each one that is not costly."""
         start = 0
         for effect, own, columns in zip(self.effects, self._costly, self._columns[1:]):
             if len(own):
@@ -226,7 +225,7 @@ class RotorWithEffects:
         return impedance if len(whole) == n_bearing else np.concatenate([impedance, whole[n_bearing:]])
 
     def supports(self, of_effects: list[Array]) -> list[Support]:
-        """What carries the bearings, from the bearing to the ground."""
+        """Supports of the bearings, from the bearing to the ground."""
         found = (effect.support(values) for effect, values in self._in_stages(of_effects))
         return [support for support in found if support is not None]
 
@@ -238,8 +237,8 @@ class RotorWithEffects:
         return [effect.load_sizes(values) for effect, values in zip(self.effects, of_effects) if effect.has_loads]
 
     def further_forces(self, rotor: Rotor, loads: tuple[Load, ...], harmonic: float = 1.0) -> ComplexArray | None:
-        """Nodal forces (n_speed, n_dof, n) of all loads beside the unbalance planes: those of effects, which are 1X, unit ones
-        at the sites of laws, and the given ones."""
+        """Nodal forces (n_speed, n_dof, n) of all loads other than the unbalance planes: loads of effects, which are 1X, unit loads
+        at the sites of laws, and the given loads."""
         forces = [] if (own := self.loads(rotor)) is None else [own * (harmonic == 1)]
         units = self.unit_loads_with(loads)
         forces += [unit_loads(rotor, units, len(self.base.speed))] if units else []
@@ -264,7 +263,7 @@ class RotorWithEffects:
 
     @cached_property
     def seen_channels(self) -> tuple[Channel, ...]:
-        """The channels, and behind them those that effects make them of, or whose motion a force may follow."""
+        """The channels, and after them all further channels that effects compute them from, or whose motion a force may follow."""
         needed = dict.fromkeys(
             channel for effect in self.effects for channel in effect.needed_channels(self.base.channels)
         )
@@ -272,15 +271,15 @@ class RotorWithEffects:
         return (*self.base.channels, *(channel for channel in needed if channel not in self.base.channels))
 
     def observed(self, response: ComplexArray, of_effects: list[Array]) -> ComplexArray:
-        """What the probes show of the motion (n, n_speed, n_seen) at the seen channels."""
+        """Readings of the probes for the motion (n, n_speed, n_seen) at the seen channels."""
         for effect, values in self._in_stages(of_effects):
             response = effect.observed(response, self.seen_channels, self.base.speed, values)
         return response[..., : len(self.base.channels)]
 
     def shown(self, columns: ComplexArray, x: Array) -> ComplexArray:
-        """What the probes show (n, n_speed, n_channel, 1 + n_load), m and m per unit, of motion, responses to unit forces at the sites of
-        laws, which are linear, and to unit loads, (n, n_speed, n_seen, 1 + n_site_load + n_load), with these forces acting, for sets
-        (n, d)."""
+        """Readings of the probes (n, n_speed, n_channel, 1 + n_load), m and m per unit, with the forces of the laws acting, for sets
+        (n, d). `columns` (n, n_speed, n_seen, 1 + n_site_load + n_load) are the motion and the responses to unit forces at the sites
+        of laws, which are linear, and to unit loads."""
         of_effects = self.parts(x)[1]
         acting = with_linear_forces(columns, self.forces(of_effects)[0], self.seen_channels, self.base.speed)
         motion = self.observed(acting[..., 0], of_effects)

@@ -152,7 +152,7 @@ def _is_plain(segment: ShaftSegment) -> bool:
 
 
 def of_elements(rotor: Rotor, matrices: Callable[[Element], Of]) -> list[Of]:
-    """What is asked of each element, from left to right, whose place does not matter: each form of element is asked once."""
+    """Matrices of each element, from left to right, that do not depend on its position: computed once for each form of element."""
     are_alike = all(isinstance(each, CouplingSegment) or each.is_cylinder for each in rotor.segments)
     if are_alike and not rotor.hubs:
         of_segment = {segment: matrices(Element(segment, 0.0)) for segment in set(rotor.segments)}

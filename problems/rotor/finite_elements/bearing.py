@@ -130,7 +130,7 @@ class Pedestal:
 
 @dataclass(frozen=True)
 class Bearing:
-    """A linear bearing or seal at a node, or beside it by an `offset`. With a table, K = K₀ + factors · table, entry by entry, and C and
+    """A linear bearing or seal at a node, or off it by an `offset`. With a table, K = K₀ + factors · table, entry by entry, and C and
     M likewise."""
 
     position: float  # m, of its node

@@ -1,4 +1,4 @@
-"""Bearings, seals and disks that sit beside a node of the mesh: the shaft's own motion there, by the shapes of its elements.
+"""Bearings, seals and disks that sit off the nodes of the mesh: the shaft's own motion there, by the shapes of its elements.
 
 A number of the rotor that moves them along the shaft (`problems/rotor/inputs`) leaves the mesh as it is, so that a response is a smooth
 function of it. Beyond the ends of the shaft they are on a rigid extension of it.

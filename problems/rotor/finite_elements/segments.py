@@ -182,7 +182,7 @@ class CouplingSegment:
         return dataclasses.replace(self, **changed)
 
     def ends(self) -> tuple[Disk, Disk]:
-        """What its ends carry."""
+        """Masses and inertias at its ends."""
         left, right = (
             Disk(0.0, *parts, is_lumped=True)
             for parts in zip(self.masses, self.polar_inertias, self.diametral_inertias, strict=True)
@@ -205,7 +205,7 @@ class RingSize:
 
 @dataclass(frozen=True)
 class Disk:
-    """A rigid disk fixed to a node of the shaft, or a lumped mass, which may have inertias alone. With an `offset` it sits beside its
+    """A rigid disk fixed to a node of the shaft, or a lumped mass, which may have inertias alone. With an `offset` it sits off its
     node, and moves as the shaft there."""
 
     position: float  # m, of its node

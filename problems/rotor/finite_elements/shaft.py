@@ -168,7 +168,7 @@ def segment_damping(element: Element) -> Array:
 
 
 def segment_internal_damping(element: Element) -> Array:
-    """That of the turning shaft, (8, 8) N s/m."""
+    """Internal damping of the turning shaft, (8, 8) N s/m."""
     if isinstance(element.segment, CouplingSegment) or not element.segment.internal_damping:
         return np.zeros((8, 8))
     return element.segment.internal_damping * element_matrices(element).stiffness
@@ -239,14 +239,14 @@ def plane_stiffness(element: Element) -> Array:
 
 
 def stiffness_under_hubs(element: Element) -> Array:
-    """The same, (4, 4), where hubs make parts of the element stiffer in bending."""
+    """Bending stiffness (4, 4) of an element with parts that hubs make stiffer in bending."""
     relative = right_end(element.length)
     return np.asarray(relative.T @ np.linalg.solve(flexibility_under_hubs(element), relative))
 
 
 def flexibility_under_hubs(element: Element) -> Array:
-    """That motion per force and moment at the right end, (2, 2), the sum of an element's parts': with its left end held and P, M at
-    its right one, the bending moment is P a + M at a distance a from there."""
+    """Motion of the right end per force and moment there, (2, 2), the sum over an element's parts: with its left end held and P, M
+    at its right one, the bending moment is P a + M at a distance a from there."""
     if not is_cylinder(element):
         stiffnesses = (np.linalg.inv(ring.flexibility) for ring in rings(element) if ring.has_stiffness)
         return np.asarray(np.linalg.inv(sum(stiffnesses)))
@@ -298,7 +298,7 @@ def _integral_of_products(shapes: Shapes, element: Element) -> Array:
 
 @lru_cache(MAX_KEPT)
 def _integral(shapes: Shapes, length: float, phi: float) -> Array:
-    """The same: a rotor whose material changes has elements of the same shapes."""
+    """∫ Nᵀ N dz, kept: a rotor whose material changes has elements of the same shapes."""
     at_points = shapes(length, phi, GAUSS_POINTS)  # (4 points, 4)
     integral = np.asarray(length * (at_points.T * GAUSS_WEIGHTS) @ at_points)
     integral.flags.writeable = False

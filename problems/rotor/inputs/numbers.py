@@ -1,7 +1,7 @@
 """Numbers of a rotor and of its probes as unknowns: Young's modulus of a material, the mass of a disk, the position of a probe.
 
 Each is a `Parameter` with what it sets. With a prior it is known to a tolerance (`problems/rotor/inputs/uncertain.py`); with limits
-alone it is unknown. `RotorNumbers` are the hooks by which a rotor has them beside its effects.
+alone it is unknown. `RotorNumbers` are the hooks by which a rotor has them in addition to its effects.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def are_known_to_tolerance(problem: RotorProblem, field: str) -> bool:
 
 @dataclass(frozen=True)
 class RotorNumbers(RotorHooks):
-    """Numbers as the unknowns of a rotor, first those of the rotor, then those of its probes."""
+    """Numbers as the unknowns of a rotor: first numbers of the rotor, then numbers of its probes."""
 
     numbers: tuple[RotorNumber, ...] = ()
     probes: tuple[ProbeNumber, ...] = ()

@@ -86,7 +86,7 @@ def _of_disk(number: int, disk: Disk, tolerances: Tolerances) -> Iterator[RotorN
 
 
 def material_places(rotor: Rotor, material: Material, field: str) -> tuple[Place, ...]:
-    """Where a rotor has the modulus or the density of a material: segments, their layers, rings of the same density."""
+    """Places of a material's modulus or density in a rotor: segments, their layers, rings of the same density."""
     paths: list[tuple[Step, ...]] = []
     for index, segment in enumerate(rotor.segments):
         if not isinstance(segment, ShaftSegment):

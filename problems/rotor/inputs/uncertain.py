@@ -36,7 +36,7 @@ class UncertainNumbers:
         return bool(self.unknowns or self.numbers or self.probes) or self.tolerances != NONE
 
     def joint(self, problem: RotorProblem) -> RotorProblem:
-        """A problem with all these numbers as unknowns, behind its own; itself if there are none."""
+        """A problem with all these numbers as unknowns, after its own; the problem itself if no number is uncertain."""
         plain = problem.plain
         searched = [each for effect in problem.effects if isinstance(effect, RotorNumbers) for each in effect.numbers]
         known = {place.path for number in (*self.numbers, *searched) for place in number.places}
@@ -75,6 +75,6 @@ class UncertainNumbers:
 
 
 def _without_known(unknowns: Sequence[Unknown], own: Sequence[Unknown]) -> list[Unknown]:
-    """Those that no unknown of the rotor itself sets already."""
+    """Unknowns except those with a target that the rotor's own unknowns set already."""
     taken = {target for item in own for target in item.targets}
     return [item for item in unknowns if not taken.intersection(item.targets)]

@@ -34,7 +34,7 @@ def dynamic_stiffness(matrices: Matrices, speed: Array, harmonic: float = 1.0) -
 
 def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> ComplexArray:
     """Unbalance response of a rotor whose numbers are all given, (n_speed, n_channel) m. Housings on pedestals have degrees of freedom of
-    their own, behind those of the shaft."""
+    their own, after the ones of the shaft."""
     shaft, supported = assemble_free(rotor), rotor.supported
     n_dof = len(shaft.mass)
     housings = {index: n_dof + 2 * place for place, index in enumerate(_on_pedestals(rotor))}

@@ -90,7 +90,7 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
 
     @cached_property
     def joint(self) -> RotorProblem:
-        """With the numbers that are known to a tolerance as unknowns; itself if there are none."""
+        """This problem with the numbers that are known to a tolerance as unknowns; itself if no number is."""
         if self.uncertain is None:
             return self
         made: RotorProblem = self.uncertain.joint(self)
@@ -253,8 +253,8 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         return OriginTarget() in targets or len(turning) == len(self.rotor.unbalance)
 
     def with_phase_origin(self) -> RotorProblem:
-        """With the phase of all unbalance unknown. One and a half turns: each angle lies a quarter turn or more from the
-        limits at least once, so that no search ends at a limit that is none."""
+        """This problem with the phase of all unbalance unknown. Limits are one and a half turns apart: each angle lies a quarter turn
+        or more from the limits at least once, so that no search ends at a limit without physical meaning."""
         if self.has_free_phase:
             return self
         origin = Parameter(PHASE_ORIGIN, "deg", np.pi / 180, -1.5 * np.pi, 1.5 * np.pi)
