@@ -18,6 +18,8 @@ from ksmea.errors import SettingError
 from ksmea.records.identification import IdentificationRecord, IntervalEffort, ParameterRecord
 from ksmea.show.text import HIDDEN_COLUMN, hidden_in_one_line
 
+FITTED_INPUTS = "fitted_inputs"  # numbers known to a tolerance in a joint fit
+
 
 def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
     """A row for every planned run, in the order of the plan; values in the units of the parameters."""
@@ -96,6 +98,8 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
     if record.intervals is not None:
         row |= _interval_effort(record.intervals)
         row |= {"search_excess": record.search_excess, "ended_short": record.ended_short}
+    if record.inputs:
+        row[FITTED_INPUTS] = len(record.inputs)
     if record.trace is not None:
         row["stage"] = sys.intern(record.stage)
     if gains := [update.polish_gain for update in record.history if update.polish_gain is not None]:

@@ -18,7 +18,7 @@ from bench.plan.page import Page
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.plan.report import Made, Report
 from bench.reports.accuracy.calibration_page import calibration_page
-from bench.reports.runs import runs_frame
+from bench.reports.runs import FITTED_INPUTS, runs_frame
 from bench.reports.tables import csv_text, ended_short_pct
 from ksmea.show.text import aligned, number
 
@@ -59,7 +59,7 @@ def _page(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Page:
 
 
 def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """A row per cell and parameter. Errors are in units of the CRLB: bias, standard deviation, a robust one
+    """A row per cell and parameter. Errors are in units of the CRLB (with numbers as the cell takes them, as stated or to a tolerance): bias, standard deviation, a robust one
     from the quartiles (`spread`), and the standard deviation over the runs in the right basin; `covered_pct` counts all
     runs, an open side holding everything."""
     rows = []
@@ -103,7 +103,7 @@ def _errors(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:
     names = ("bias", "sd", "spread", "sd_right_basin")
     if facts.crlb is None or facts.name not in results or results.empty:
         return dict.fromkeys(names, np.nan)
-    errors = (results[facts.name] * facts.si_per_unit - facts.truth) / facts.crlb
+    errors = (_estimates(results, facts.name) * facts.si_per_unit - facts.truth) / facts.crlb
     right = errors[results["basin_excess"].abs() <= SAME_MAXIMUM] if "basin_excess" in results else errors
     spread = np.subtract(*np.percentile(errors, [75, 25])) / NORMAL_IQR
     return dict(zip(names, (errors.mean(), errors.std(ddof=0), spread, right.std(ddof=0))))
@@ -192,4 +192,12 @@ def _relative_errors(cell: Cell, name: str, runs: pd.DataFrame) -> np.ndarray:
     facts = {parameter.name: parameter for parameter in cell.parameters}.get(name)
     if facts is None or facts.crlb is None or name not in runs:
         return np.array([])
-    return ((runs[name].dropna() * facts.si_per_unit - facts.truth) / facts.crlb).to_numpy(float)
+    estimates = _estimates(runs, name).dropna()
+    return ((estimates * facts.si_per_unit - facts.truth) / facts.crlb).to_numpy(float)
+
+
+def _estimates(runs: pd.DataFrame, name: str) -> pd.Series:
+    """The method's values; those of the joint fit, which is its last step, of runs that have numbers known to a tolerance."""
+    if FITTED_INPUTS not in runs or f"{name}_most_likely" not in runs:
+        return runs[name]
+    return runs[name].where(runs[FITTED_INPUTS].isna(), runs[f"{name}_most_likely"])

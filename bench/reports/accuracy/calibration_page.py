@@ -62,9 +62,11 @@ def calibration_chart(
     has_coverage = "covered_pct" in frame and bool(frame["covered_pct"].notna().any())
     stacks = []
     for name, of in errors.items():
-        stacks.append((_errors(name, names, of),))
+        rows = frame[frame["parameter"] == name]
+        own = list(dict.fromkeys(rows["cell_name"]))  # cells that have this unknown
+        stacks.append((_errors(name, own, [of[names.index(cell)] for cell in own]),))
         if has_coverage:
-            stacks.append((_coverage(frame[frame["parameter"] == name], names, levels, name),))
+            stacks.append((_coverage(rows, own, levels, name),))
     beyond = "; some reach beyond what is drawn" if any(_reach(of) >= FAR for of in errors.values()) else ""
     said = f"Errors in units of the CRLB: boxes are quartiles, whiskers 2.5 and 97.5 %; dotted: where those of an efficient estimate lie{beyond}."
     said += (
