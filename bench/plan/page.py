@@ -7,7 +7,7 @@ as it stands and does nothing.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -130,6 +130,10 @@ class Page:
         """The charts that are written as pictures, by the names of their files."""
         return {each.file: each.described for section in self.sections for each in _drawn(section.blocks) if each.file}
 
+    def titled(self, words: str) -> Page:
+        """This page with words in brackets behind the title of each of its charts and plots."""
+        return replace(self, sections=tuple(Section(each.title, _titled(each.blocks, words)) for each in self.sections))
+
 
 def _drawn(blocks: Iterable[Block]) -> Iterator[Drawn]:
     for block in blocks:
@@ -140,3 +144,20 @@ def _drawn(blocks: Iterable[Block]) -> Iterator[Drawn]:
                 yield from _drawn(block.plots)
             case Folded():
                 yield from _drawn(block.blocks)
+
+
+def _titled(blocks: Iterable[Any], words: str) -> tuple[Any, ...]:
+    return tuple(_with_title(block, words) for block in blocks)
+
+
+def _with_title(block: Any, words: str) -> Any:
+    match block:
+        case Drawn():
+            return Drawn(lambda: block.described().titled(words), block.file)
+        case Plot():
+            return replace(block, title=f"{block.title} ({words})")
+        case Grid():
+            return Grid(_titled(block.plots, words))
+        case Folded():
+            return Folded(block.title, _titled(block.blocks, words))
+    return block

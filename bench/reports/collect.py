@@ -8,7 +8,7 @@ import sys
 import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -136,13 +136,13 @@ def _write_figures_and_page(plan: Plan, made: Made, output: Path) -> bool:
     """Write the charts of the page as pictures, further figures, and the page; where it cannot be made, say so in a line: the
     tables are written. Whether all is there."""
     try:
-        page = None if made.page is None else made.page()
+        page, said = None if made.page is None else made.page(), _unfinished(made.runs)
+        page = page.titled(said) if page is not None and said else page
         charts: Mapping[str, Drawing] = {} if page is None else page.charts()
     except Exception as error:  # whatever a report of other people raises
         draw(made.figures, output)
         return _no_page(output, error)
-    said = _unfinished(made.runs)
-    drawings, all_drawn = draw(lambda: _titled({**charts, **made.figures()}, said), output)
+    drawings, all_drawn = draw(lambda: {**charts, **_titled(made.figures(), said)}, output)
     try:
         content = experiment_page(plan, made, drawings, last_began(output), page)
     except Exception as error:
@@ -164,7 +164,7 @@ def _titled(drawings: Mapping[str, Drawing], said: str) -> Mapping[str, Drawing]
 
 def _with_title(drawing: Drawing, said: str) -> Any:
     made = drawing if isinstance(drawing, bytes) else drawing()
-    return replace(made, title=f"{made.title} ({said})") if isinstance(made, Chart) else made
+    return made.titled(said) if isinstance(made, Chart) else made
 
 
 def _no_page(output: Path, error: Exception) -> bool:

@@ -5,6 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.plan.page import Drawn, Folded, Grid, Page, Plot, Prose, Section
 from bench.reports import runs
 from bench.reports.collect import _titled, _unfinished
 from ksmea.errors import CONVERSIONS, SettingError, unknown
@@ -90,3 +91,21 @@ def test_what_is_left_out_is_named_with_its_cause():
     assert bare.remarks == ("1 of 4 speeds left out: trial lacks 1",) and trial.remarks == ()
     with pytest.raises(SettingError, match="got none"):
         at_common_speeds([run([0, 1]), run([2, 3])], ["bare", "trial"], "bare", "campaign.yaml")
+
+
+def test_charts_of_a_page_say_how_many_runs_they_show_in_every_place():
+    chart = Chart("Spread", "", ())
+    blocks = (
+        Drawn(chart, "a.png"),
+        Grid((Plot("Bode", "", {}),)),
+        Folded("more", (Drawn(lambda: chart),)),
+        Prose("text"),
+    )
+    page = Page("found", (Section("Results", blocks),)).titled("11 of 20 runs")
+    [section] = page.sections
+    drawn, grid, folded, prose = section.blocks
+    assert page.charts()["a.png"]().title == drawn.described().title == "Spread (11 of 20 runs)"
+    assert grid.plots[0].title == "Bode (11 of 20 runs)" and folded.blocks[0].described().title.endswith(
+        "(11 of 20 runs)"
+    )
+    assert prose is blocks[-1] and page.headline == "found"

@@ -16,7 +16,13 @@ from bench.storage.own_files import REFERENCE
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
 
-REPETITIONS = {"coverage": 2000, "efficiency": 100, "diagnosis_nulls": 300, "tolerances": 300, "audit": 1}  # 20 in the paper's tables
+REPETITIONS = {
+    "coverage": 2000,
+    "efficiency": 100,
+    "diagnosis_nulls": 300,
+    "tolerances": 300,
+    "audit": 1,
+}  # 20 in the paper's tables
 COMMITTED = reference_tables()
 RUNS = 8  # of the small table3
 

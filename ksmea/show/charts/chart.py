@@ -8,7 +8,7 @@ Colours are roles (`colours.py`).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -224,6 +224,10 @@ class Chart:
     @property
     def panels(self) -> tuple[Panel, ...]:
         return tuple(panel for stack in self.stacks for panel in stack)
+
+    def titled(self, words: str) -> Chart:
+        """This chart with words in brackets behind its title, such as how many runs it shows of an unfinished experiment."""
+        return replace(self, title=f"{self.title} ({words})".lstrip())
 
 
 def one_panel(elements: Iterable[Element], x: Axis, y: Axis, title: str, caption: str, **more: Any) -> Chart:
