@@ -45,17 +45,15 @@ def looked_at(words: Sequence[str], commands: Collection[str]) -> list[str]:
 
 
 def _require_once(words: Sequence[str]) -> None:
-    """Raise `SettingError` if two arguments set one setting: the first would be dropped in silence."""
+    """Raise `SettingError` if two arguments set entries of one mapping: the first would be dropped in silence. Of two plain values or
+    lists the last counts, as Hydra documents it."""
     keys: dict[str, str] = {}
     for word in words:
-        key, sign, _ = word.lstrip("+").partition("=")
-        if sign and not word.startswith(("-", "~")) and keys.setdefault(key, word) != word:
-            is_mapping = "{" in word or "[" in word
-            meant = None if is_mapping else [each for each in words if each != keys[key]]
+        key, sign, value = word.lstrip("+").partition("=")
+        if sign and value.startswith("{") and keys.setdefault(key, word) != word:
             raise SettingError(
-                f"expected one value, got {shortened(keys[key])} and {shortened(word)}; put both into one, or leave one out",
+                f"expected one mapping, got {shortened(keys[key])} and {shortened(word)}; put both into one, or leave one out",
                 setting=key,
-                meant=meant,
             )
 
 

@@ -16,7 +16,9 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
+from multiprocessing.forkserver import ensure_running
 from multiprocessing.process import BaseProcess
 from multiprocessing.util import register_after_fork
 from types import FrameType, ModuleType
@@ -195,10 +197,22 @@ def _worker_for(
 def _new_worker(function: Callable[..., dict[str, Any]], limits: Limits) -> _Worker[Task]:
     ours, theirs = CONTEXT.Pipe()
     process = CONTEXT.Process(target=_serve, args=(theirs, function, limits.memory), daemon=True)
+    resource_tracker.ensure_running()  # which unblocks signals as it starts
     with _nothing_to_take_over():
+        _start_server()
         process.start()
     theirs.close()
     return _Worker(process, ours)
+
+
+def _start_server() -> None:
+    """Start the server that forks workers, if none runs. It ignores Ctrl-C only when its modules are loaded; until then the signal is
+    blocked there, and here for the milliseconds of its start."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
@@ -300,7 +314,7 @@ def _serve(connection: Connection, function: Callable[..., dict[str, Any]], memo
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent alone decides
     for asking in ASKING:
         signal.signal(asking, _let_the_parent_decide)  # no SIG_IGN, which programs that a run starts would inherit
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, ASKING)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT, *ASKING))
     if memory is not None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     own = os.getpid()

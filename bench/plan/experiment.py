@@ -195,7 +195,8 @@ def _require_one_folder(config: DictConfig, axes: Collection[str]) -> None:
     """Raise `SettingError` if the name or the folder of the results is made of a setting with several values: one of them would name
     the folder of all."""
     for key in ("name", "output"):
-        text = str(OmegaConf.to_container(OmegaConf.masked_copy(config, [key]), resolve=False)[key])  # type: ignore[call-overload, index]
+        masked: Any = OmegaConf.to_container(OmegaConf.masked_copy(config, [key]), resolve=False)
+        text = str(masked[key])
         for named in REFERENCED.findall(OF_FILE.sub("", text)):
             if any(short(axis) == named or named.startswith(f"{short(axis)}.") for axis in axes):
                 raise SettingError(

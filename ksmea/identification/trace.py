@@ -213,7 +213,7 @@ def _require_within_limits(x: Array, parameters: Parameters) -> None:
     if np.iscomplexobj(x) or np.shape(x) != (d,):
         raise ValueError(f"method: expected {d} real values, got {np.shape(x)} of type {np.asarray(x).dtype}")
     u = parameters.to_cube(np.asarray(x, dtype=float))
-    outside = ~((u >= -ROUNDING) & (u <= 1 + ROUNDING))  # NaN too
+    outside = (u < -ROUNDING) | (u > 1 + ROUNDING)  # what is not finite is another error
     if np.any(outside):
         name = parameters.names[int(np.argmax(outside))]
         raise ValueError(f"method: expected values within their search limits, got another of {name}")

@@ -17,7 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 
-from ksmea.errors import SettingError
+from ksmea.errors import PluginFailure, SettingError
 from ksmea.plugins.effect import Effect
 from ksmea.plugins.first_import import require_importable, undisturbed
 from ksmea.plugins.identification import Method
@@ -247,7 +247,7 @@ def _loaded(path: Path) -> ModuleType:
         with undisturbed():
             return importlib.import_module(path.stem)
     except (Exception, SystemExit) as error:
-        raise SettingError(f"{path} cannot be loaded: {one_line(error)}", setting="plugins") from error
+        raise PluginFailure(f"{path} cannot be loaded: {one_line(error)}", setting="plugins") from error
 
 
 def _require_own_name(path: Path, name: str) -> None:

@@ -59,7 +59,7 @@ def register_file(path: Path, planned: Mapping[str, str] | None = None) -> None:
         require_same(path, planned)
     try:
         found = plugins_of_file(path)
-    except SettingError as error:
+    except PluginFailure as error:
         if not (broken := classes_in(path)):
             raise
         groups = GROUPS | FURTHER

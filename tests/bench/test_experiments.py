@@ -43,6 +43,7 @@ REPETITIONS = {  # of others than tables
     "diagnosis_further": 20,
     "diagnosis_power": 2,
     "diagnosis_pairs": 2,
+    "tolerances": 300,
 }
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 RUN_UP = EXAMPLES / "run_up.csv"

@@ -95,7 +95,8 @@ def test_a_file_that_is_gone_is_told_beside_all_else(folder, enter):
     (key,) = ended.runs()["key"]
     (folder / "my_search.py").unlink()
     forget_digests()
-    assert enter("status", "run").code == 0
+    status = enter("status", "run")
+    assert status.code == 1 and "unknown      1" in status.out
     *lines, last = enter("explain", key).out.splitlines()
     assert any(line.startswith("done on ") for line in lines)
     assert last.startswith(

@@ -268,7 +268,7 @@ def test_a_fit_of_measured_data_is_where_a_plan_starts(typical):
     """Numbers as the joint fit found them, not as stated; the model that knows their tolerances is not rejected."""
     truth = typical.x()
     joint = typical.problem.joint
-    values = joint_values(typical.problem, joint, truth, {"steel_young_modulus": 206e9})
+    values = joint_values(typical.problem, joint, truth, {"steel_youngs_modulus": 206e9})
     rng = np.random.default_rng(3)
     response = joint.response(values[None])[0]
     part = rng.standard_normal((*response.shape, 2)) @ [1, 1j] / np.sqrt(2)
@@ -278,7 +278,7 @@ def test_a_fit_of_measured_data_is_where_a_plan_starts(typical):
     )
     point = DesignPoint.of_measurement(Case(typical.problem, data), np.random.default_rng(0))
     assert set(point.numbers) == set(Numbers.of(typical.problem).names)
-    assert point.numbers["steel_young_modulus"] > 202e9
+    assert point.numbers["steel_youngs_modulus"] > 202e9
     assert not point.lack_of_fit.rejected
     assert point.x[:2] == pytest.approx(truth[:2], rel=0.05)
     record = planning_study(point, PlanningOptions(target="kxx", add=0, sensors=0, trial_phases=[]))
