@@ -105,6 +105,8 @@ def _chosen(settings, name):
 def test_every_experiment_of_the_folder_is_planned(compose_all, place):
     names = sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
     assert names == sorted([*TABLES, "paper", "sweep", *REPETITIONS])
+    (place / "docs").mkdir()
+    (place / "docs" / "examples").symlink_to(EXAMPLES)  # `tolerances` is run in the project's folder
     for name in names:
         for experiment in compose_all(f"+experiment={name}", *NEEDED.get(name, [])):
             plan = experiment.plan
@@ -113,6 +115,8 @@ def test_every_experiment_of_the_folder_is_planned(compose_all, place):
                 name, ""
             )  # a measured file has a folder of its own
             assert experiment.output.is_relative_to(place / "results" / f"{name}{of_file}")
+    (place / "docs" / "examples").unlink()
+    (place / "docs").rmdir()
 
 
 def test_table2_is_without_noise_and_shows_raw_amplitudes_too(plan_of):
