@@ -111,9 +111,7 @@ def test_every_experiment_of_the_folder_is_planned(compose_all, place):
         for experiment in compose_all(f"+experiment={name}", *NEEDED.get(name, [])):
             plan = experiment.plan
             assert len(plan.runs) == len(plan.cells) * REPETITIONS.get(plan.name, 0 if plan.name == "table5" else 20)
-            of_file = {"identify": "_run_up", "balance": "_balancing"}.get(
-                name, ""
-            )  # a measured file has a folder of its own
+            of_file = {"identify": "_run_up", "balance": "_balancing"}.get(name, "")
             assert experiment.output.is_relative_to(place / "results" / f"{name}{of_file}")
     (place / "docs" / "examples").unlink()
     (place / "docs").rmdir()
