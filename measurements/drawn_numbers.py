@@ -7,7 +7,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.problem.parameters import Parameter
-from ksmea.problem.problem import Problem
+from ksmea.problem.problem import Problem, joint_values
 
 NUMBERS = ("stated", "drawn")
 MAX_DRAWS = 1000  # of one number, until it lies within its limits, six standard deviations off or at a physical end
@@ -15,9 +15,9 @@ MAX_DRAWS = 1000  # of one number, until it lies within its limits, six standard
 
 def with_drawn_numbers(problem: Problem, x: Array, rng: np.random.Generator) -> tuple[Problem, Array]:
     """The joint problem, and values (d,) SI of its unknowns: x of the problem's own, all numbers with a tolerance drawn."""
-    joint, known = problem.joint, dict(zip(problem.parameters.names, x))
-    values = [known[item.name] if item.name in known else _drawn(item, rng) for item in joint.parameters]
-    return joint, np.array(values)
+    joint, own = problem.joint, problem.parameters.names
+    numbers = {item.name: _drawn(item, rng) for item in joint.parameters if item.name not in own}
+    return joint, joint_values(problem, joint, x, numbers)
 
 
 def _drawn(parameter: Parameter, rng: np.random.Generator) -> float:

@@ -14,12 +14,12 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.fits.fitting import BaselineFits, Fit
-from ksmea.inference.cramer_rao import joint_values
 from ksmea.inference.maximisation import best_maxima, maximise, with_best_noise
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point, projected
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.numerics.screening import Screened
+from ksmea.problem.problem import joint_values
 
 SHARP = (
     10.0  # standard deviations of the noise by which data move with one of a number: beyond, one start is not enough

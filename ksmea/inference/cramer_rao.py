@@ -7,7 +7,7 @@ Statistical Signal Processing: Estimation Theory, 1993, eq. 3.24).
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from ksmea.likelihood.fisher import UNKNOWABLE, prior_rows, projected, whitened_
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
 from ksmea.problem.counted import Model
-from ksmea.problem.problem import Problem
+from ksmea.problem.problem import Problem, joint_values
 
 
 @dataclass(frozen=True)
@@ -129,10 +129,3 @@ def joint_sensitivity(joint: Problem, x: Array, noise: Noise, kind: str, *, nois
     of_priors = prior_rows(parameters, whitened.shape[1])
     of_priors[:, : len(parameters)] /= parameters.width
     return np.vstack([whitened, of_priors])
-
-
-def joint_values(problem: Problem, joint: Problem, x: Array, numbers: Mapping[str, float] | None = None) -> Array:
-    """Values (d,) SI of the unknowns of a problem's `joint`: x (d,) of the problem's own ones, `numbers` by name, all others as
-    stated."""
-    known = {**(numbers or {}), **dict(zip(problem.parameters.names, x))}
-    return np.array([known.get(item.name, item.stated) for item in joint.parameters])

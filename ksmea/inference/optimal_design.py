@@ -30,13 +30,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.inference.cramer_rao import Identifiability, joint_values
+from ksmea.inference.cramer_rao import Identifiability
 from ksmea.inference.known_numbers import Numbers
 from ksmea.likelihood.fisher import UNKNOWABLE, of_unknowns, whitened_sensitivity
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
 from ksmea.problem.counted import Model
-from ksmea.problem.problem import Problem
+from ksmea.problem.problem import Problem, joint_values
 
 # Where present data do not tell an unknown at all there is no determinant. Choices therefore also count on a standard
 # deviation of this many times that of a value drawn evenly between its limits (1/√12): it decides next to nothing where

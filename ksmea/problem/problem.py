@@ -237,3 +237,10 @@ class Problem(ABC):
 
     def _refusal(self, what: str, try_this: str) -> SettingError:
         return SettingError(f"expected a problem that {what}, got {type(self).__name__}; {try_this}")
+
+
+def joint_values(problem: Problem, joint: Problem, x: Array, numbers: Mapping[str, float] | None = None) -> Array:
+    """Values (d,) SI of the unknowns of a problem's `joint`: x (d,) of the problem's own ones, `numbers` by name, all others as
+    stated."""
+    known = {**(numbers or {}), **dict(zip(problem.parameters.names, x))}
+    return np.array([known.get(item.name, item.stated) for item in joint.parameters])

@@ -13,10 +13,9 @@ from ksmea.fits.fitting import fit_baseline
 from ksmea.fits.joint_fit import joint_baseline
 from ksmea.fits.lack_of_fit import lack_of_fit
 from ksmea.fits.search import Search
-from ksmea.inference.cramer_rao import joint_values
 from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
-from ksmea.problem.problem import Problem
+from ksmea.problem.problem import Problem, joint_values
 from ksmea.records.identification import LackOfFit
 from ksmea.studies.enough_data import can_be_tested, require_enough
 from ksmea.units import MICROMETRE

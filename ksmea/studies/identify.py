@@ -21,7 +21,7 @@ from ksmea.errors import BudgetSpent, SettingError
 from ksmea.fits.fitting import Fit, likely_maxima
 from ksmea.fits.joint_fit import joint_maxima
 from ksmea.identification.trace import TracedProblem, thinned, within_budget
-from ksmea.inference.cramer_rao import Identifiability, identifiability, joint_values
+from ksmea.inference.cramer_rao import Identifiability, identifiability
 from ksmea.inference.critical_rise import can_be_simulated, simulated_rise
 from ksmea.inference.intervals import Estimate, Interval, estimate
 from ksmea.inference.maximisation import nearest_maximum
@@ -37,7 +37,7 @@ from ksmea.problem.case import Case
 from ksmea.problem.counted import CountedProblem
 from ksmea.problem.differences_problem import as_searched
 from ksmea.problem.parameters import Parameter, Parameters
-from ksmea.problem.problem import Problem
+from ksmea.problem.problem import Problem, joint_values
 from ksmea.records.identification import (
     IdentificationRecord,
     IntervalEffort,

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from ksmea.inference.cramer_rao import joint_values
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.problem.problem import joint_values
 from problems.rotor_file import RotorFile
 
 PUMP = """\

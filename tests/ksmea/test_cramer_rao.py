@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import ksmea
-from ksmea.inference.cramer_rao import Identifiability, identifiability, joint_values
+from ksmea.inference.cramer_rao import Identifiability, identifiability
 from ksmea.likelihood.fisher import whitened_sensitivity, with_prior_rows
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
+from ksmea.problem.problem import joint_values
 from problems.three_disk import ThreeDisk
 
 TEN_PER_CENT = Noise(0.1, 0.0)

@@ -10,7 +10,7 @@ from ksmea.fits.fitting import Fit, fit_baseline
 from ksmea.fits.joint_fit import joint_baseline, joint_maxima
 from ksmea.fits.lack_of_fit import fit_quality
 from ksmea.fits.search import Effort, Search
-from ksmea.inference.cramer_rao import identifiability, joint_values
+from ksmea.inference.cramer_rao import identifiability
 from ksmea.inference.input_budget import critical_pull, input_budget
 from ksmea.inference.intervals import estimate
 from ksmea.inference.maximisation import maximise
@@ -23,6 +23,7 @@ from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.problem.held import HeldProblem
 from ksmea.problem.parameters import Parameters, Prior
+from ksmea.problem.problem import joint_values
 from ksmea.studies.inputs import input_records, origins_of
 from ksmea.testing.jeffcott import Jeffcott, JeffcottRotor
 from measurements.synthetic import Synthetic

@@ -9,7 +9,7 @@ import pytest
 
 import ksmea
 from ksmea.fits.fitting import Fit
-from ksmea.inference.cramer_rao import identifiability, joint_sensitivity, joint_values
+from ksmea.inference.cramer_rao import identifiability, joint_sensitivity
 from ksmea.inference.known_numbers import Numbers, own_numbers_as_noise, prior_data
 from ksmea.inference.optimal_design import crlb, data_rows
 from ksmea.likelihood.difference_likelihood import likelihood_of
@@ -17,7 +17,7 @@ from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
 from ksmea.problem.parameters import Parameter, Parameters, Prior
-from ksmea.problem.problem import Problem
+from ksmea.problem.problem import Problem, joint_values
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.planning import PlanningRecord
 from ksmea.show import identifiability_text, planning_text
