@@ -7,8 +7,10 @@ With limits a number is unknown and searched; with a standard deviation alone it
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from ksmea.errors import unknown
 from ksmea.measurement.channel import Channel, named
@@ -20,7 +22,7 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.segments import CouplingSegment, Material
 from problems.rotor.inputs.numbers import ProbeNumber, RotorNumber
 from problems.rotor.inputs.places import Place
-from problems.rotor.inputs.tolerances import NONE, REACH, TYPICAL, Tolerances, material_places
+from problems.rotor.inputs.tolerances import IN_WORDS, NONE, TYPICAL, Tolerances, known_to, material_places, named_by
 from problems.rotor.inputs.uncertain import UncertainNumbers
 from problems.rotor.response.unknowns import (
     FACTORS,
@@ -89,6 +91,7 @@ OF_DISK = (
     "thickness",
 )
 OF_RING = ("outer_diameter", "inner_diameter", "thickness")
+Item = TypeVar("Item", Unknown, RotorNumber, ProbeNumber)
 OF_TOLERANCES = {"probe_position": "length", "direction": "angle"}
 
 
@@ -114,15 +117,12 @@ class _Reader:
         """The unknown that a number is, with its prior and limits."""
         unit, value = self.unit(stated), self.value(stated)
         prior = Prior(value, stated.sd * unit.si) if stated.sd else None
-        if stated.limits is not None:
-            lower, upper = (limit * unit.si for limit in stated.limits)
-        else:
+        if stated.limits is None:
             assert prior is not None, "a number that is exact"
-            lower, upper = value - REACH * prior.sd, value + REACH * prior.sd
-            if stated.key in POSITIVE and lower <= 0:
-                lower = value / 100
-        is_input = stated.limits is None
-        return Parameter(name, unit.name, unit.si, lower, upper, prior=prior, words=words, is_input=is_input)
+            above = 0.0 if stated.key in POSITIVE else -math.inf
+            return known_to(name, words, (unit.name, unit.si), prior, above=above)
+        lower, upper = (limit * unit.si for limit in stated.limits)
+        return Parameter(name, unit.name, unit.si, lower, upper, prior=prior, words=words)
 
     def unit(self, stated: StatedNumber) -> Unit:
         if stated.key == "direction":
@@ -164,8 +164,7 @@ class _Reader:
         key = stated.key
         words = key.replace("_", " ")
         if thing == "materials" and len(rest) == 1 and key in ("young_modulus", "density", "poisson_ratio"):
-            quantity = {"young_modulus": "Young’s modulus", "poisson_ratio": "Poisson’s ratio"}.get(key, key)
-            return material_places(self.rotor, self.materials[str(index)], key), f"{quantity} of {index}"
+            return material_places(self.rotor, self.materials[str(index)], key), f"{IN_WORDS.get(key, key)} of {index}"
         if not isinstance(index, int):
             raise _refusal(stated)
         number = f"{THINGS.get(str(thing), str(thing))} {index + 1}"
@@ -233,8 +232,8 @@ def read_inexact(
     reader = _Reader(units, rotor, channels, materials)
     of_probes = [each for each in stated if each.path[0] == "probes"]
     probes, exact_probes = _probes(reader, of_probes)
-    unknowns: list[tuple[Unknown, bool]] = []
-    numbers: list[tuple[RotorNumber, bool]] = []
+    unknowns: list[Unknown] = []
+    numbers: list[RotorNumber] = []
     exact: set[Place] = set()
     for each in stated:
         if each.path[0] == "probes":
@@ -243,25 +242,24 @@ def read_inexact(
         if found is not None:
             target, words = found
             if each.sd or each.limits:
-                parameter = reader.parameter(each, _name(words), words)
-                unknowns.append((Unknown(parameter, (target,)), each.limits is not None))
+                parameter = reader.parameter(each, named_by(words), words)
+                unknowns.append(Unknown(parameter, (target,)))
             continue
         places, words = reader.places(each)
         if not (each.sd or each.limits):
             exact |= set(places)
             continue
-        parameter = reader.parameter(each, _name(words), words)
+        parameter = reader.parameter(each, named_by(words), words)
         linear = each.key in LINEAR and each.path[0] in ("materials", "disks", "masses")
-        number = RotorNumber(parameter, reader.value(each), places, linear)
-        numbers.append((number, each.limits is not None))
+        numbers.append(RotorNumber(parameter, reader.value(each), places, linear))
     return Inexact(
-        tuple(item for item, is_searched in unknowns if is_searched),
-        tuple(item for item, is_searched in numbers if is_searched),
-        tuple(item for item, is_searched in probes if is_searched),
+        _of_kind(unknowns, is_input=False),
+        _of_kind(numbers, is_input=False),
+        _of_kind(probes, is_input=False),
         UncertainNumbers(
-            tuple(item for item, is_searched in unknowns if not is_searched),
-            tuple(item for item, is_searched in numbers if not is_searched),
-            tuple(item for item, is_searched in probes if not is_searched),
+            _of_kind(unknowns, is_input=True),
+            _of_kind(numbers, is_input=True),
+            _of_kind(probes, is_input=True),
             read_tolerances(document, units),
             frozenset(exact),
             exact_probes,
@@ -270,17 +268,16 @@ def read_inexact(
     )
 
 
-def _name(words: str) -> str:
-    """One word: 'outer diameter of segment 3' as segment_3_outer_diameter."""
-    quantity, _, thing = words.replace("’", "").partition(" of ")
-    return name_at(thing.replace(" ", "_"), quantity.lower())
+def _of_kind(items: Sequence[Item], *, is_input: bool) -> tuple[Item, ...]:
+    """The numbers that are searched, or those that are known to a tolerance alone."""
+    return tuple(item for item in items if item.parameter.is_input == is_input)
 
 
 def _probes(
     reader: _Reader, stated: Sequence[StatedNumber]
-) -> tuple[list[tuple[ProbeNumber, bool]], tuple[tuple[str, float, str | None], ...]]:
+) -> tuple[list[ProbeNumber], tuple[tuple[str, float, str | None], ...]]:
     """Numbers of probes: one position for all at a plane, gains and directions of each."""
-    found: dict[tuple[str, float, str | None], tuple[ProbeNumber, bool]] = {}
+    found: dict[tuple[str, float, str | None], ProbeNumber] = {}
     sizes: dict[tuple[str, float, str | None], float | None] = {}
     for each in stated:
         index = each.path[1]
@@ -310,9 +307,8 @@ def _probes(
             name = name_at(f"{each.key}_{direction}", at)
             words = f"{each.key} of {named(direction)} {at}"
         parameter = reader.parameter(each, name, words)
-        number = ProbeNumber(parameter, reader.value(each), each.key, channel.position, direction)
-        found[place] = (number, each.limits is not None)
-    exact = tuple(place for place, sd in sizes.items() if place not in found)
+        found[place] = ProbeNumber(parameter, reader.value(each), each.key, channel.position, direction)
+    exact = tuple(place for place in sizes if place not in found)
     return list(found.values()), exact
 
 

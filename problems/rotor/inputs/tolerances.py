@@ -16,6 +16,7 @@ from problems.rotor.inputs.places import Place, Step
 
 REACH = 6.0  # standard deviations to either side within which a number is searched
 TIMES = "times"  # the unit of a factor
+IN_WORDS = {"young_modulus": "Young’s modulus", "poisson_ratio": "Poisson’s ratio"}  # of a material, where they differ
 
 
 @dataclass(frozen=True)
@@ -63,12 +64,17 @@ def rotor_numbers(rotor: Rotor, tolerances: Tolerances, materials: Mapping[str, 
             sd = getattr(tolerances, field) * getattr(material, field)
             places = material_places(rotor, material, field)
             if sd and places:
-                words = f"{'Young’s modulus' if field == 'young_modulus' else field} of {name}"
-                key = f"{name}_{'youngs_modulus' if field == 'young_modulus' else field}"
-                parameter = known_to(key, words, unit, Prior(getattr(material, field), sd), above=0.0)
+                words = f"{IN_WORDS.get(field, field)} of {name}"
+                parameter = known_to(named_by(words), words, unit, Prior(getattr(material, field), sd), above=0.0)
                 yield RotorNumber(parameter, getattr(material, field), places, is_linear=True)
     for number, disk in enumerate(rotor.disks, start=1):
         yield from _of_disk(number, disk, tolerances)
+
+
+def named_by(words: str) -> str:
+    """One word: 'outer diameter of segment 3' as segment_3_outer_diameter."""
+    quantity, _, thing = words.replace("’", "").partition(" of ")
+    return name_at(thing.replace(" ", "_"), quantity.lower())
 
 
 def _of_disk(number: int, disk: Disk, tolerances: Tolerances) -> Iterator[RotorNumber]:
