@@ -229,12 +229,7 @@ def _fast(content: bytes, path: str, headings: Sequence[str]) -> Sheet | None:
     for separator in (",", "\t", ";"):
         names = [name.strip() for name in head.decode("utf-8-sig", "replace").strip().split(separator)]
         if len(names) > 1 and set(headings) <= set(names) and len(set(names)) == len(names) and b'"' not in head:
-            try:
-                with io.BytesIO(body) as text:
-                    values = np.loadtxt(text, delimiter=separator, ndmin=2, comments=None)
-            except ValueError:
-                return None
-            if values.shape[1] != len(names) or not np.all(np.isfinite(values)) or len(values) > MAX_SAMPLES:
+            if (values := _numbers(body, separator, len(names))) is None:
                 return None
             return Sheet(path, range(2, len(values) + 2), {name: values[:, at] for at, name in enumerate(names)})
     return None
@@ -246,15 +241,21 @@ def _plain(content: bytes, path: str) -> Sheet | None:
     for separator in (",", "\t", ";", None):
         n = len(first.split(separator))
         if n > 1 and is_data([cell.strip() for cell in first.split(separator)]):
-            try:
-                with io.BytesIO(content) as text:
-                    values = np.loadtxt(text, delimiter=separator, ndmin=2, comments=None)
-            except ValueError:
-                return None
-            if values.shape[1] != n or not np.all(np.isfinite(values)) or len(values) > MAX_SAMPLES:
+            if (values := _numbers(content, separator, n)) is None:
                 return None
             return Sheet(path, range(1, len(values) + 1), {f"#{at + 1}": values[:, at] for at in range(n)})
     return None
+
+
+def _numbers(content: bytes, separator: str | None, n: int) -> Array | None:
+    """The numbers (n_row, n) of a text; None if it holds anything else, or more rows than a sheet may have."""
+    try:
+        with io.BytesIO(content) as text:
+            values = np.loadtxt(text, delimiter=separator, ndmin=2, comments=None)
+    except ValueError:
+        return None
+    is_plain = values.shape[1] == n and np.all(np.isfinite(values)) and len(values) <= MAX_SAMPLES
+    return values if is_plain else None
 
 
 def _time(sheet: Sheet, heading: str | None, answers: Answers) -> tuple[Array, str]:
