@@ -26,10 +26,9 @@ def require_size(
     n_run = n_cell * max(repetitions, 1)
     if n_run <= (MOST if is_forced else UNFORCED):
         return
-    got = f"{n_run:.4g}" if n_run >= 10**9 else str(n_run)
     cure = "give fewer, in several experiments" if n_run > MOST else "give fewer, or force=true if all are meant"
     raise SettingError(
-        f"repetitions: expected at most {MOST if n_run > MOST else UNFORCED} runs, got {got}"
+        f"repetitions: expected at most {MOST if n_run > MOST else UNFORCED} runs, got {_counted(n_run)}"
         f" ({_counted(n_cell)} cells × {_counted(repetitions)} repetitions); {cure}"
     )
 

@@ -22,9 +22,9 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.likelihood.fisher import (
     Point,
     noise_variance_slopes,
-    prior_rows,
     whitened_difference,
     whitened_sensitivity,
+    with_prior_rows,
 )
 from ksmea.likelihood.misfit import deviance, log_term, reference_variance
 from ksmea.measurement.measurement import Measurement
@@ -118,7 +118,7 @@ class Likelihood:
         residual, sd = self.prior_residuals(point.theta), parameters.priors[1]
         gradient = point.gradient.copy()
         gradient[columns] += 2 * residual / sd
-        whitened = np.vstack([point.whitened, prior_rows(parameters, point.whitened.shape[1])])
+        whitened = with_prior_rows(point.whitened, parameters)
         return Point(point.theta, point.deviance + float(residual @ residual), gradient, whitened)
 
     def noise(self, theta: Array) -> Noise:
