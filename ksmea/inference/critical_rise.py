@@ -84,12 +84,12 @@ def _excess(likelihood: Likelihood, maxima: Sequence[Point]) -> Array:
 
 def _differences(likelihood: Likelihood, best: Point, *others: Point) -> Array:
     """δ of other maxima (n_other, m)."""
-    d = likelihood.d
+    d, parameters = likelihood.d, likelihood.model.problem.parameters
     mean, *means = likelihood.model.response(np.array([point.theta[:d] for point in (best, *others)]))
     found = []
     for point, other in zip(others, means):
         of_means = likelihood.whitened_difference(other, mean, best.theta)
-        of_priors = likelihood.prior_residuals(point.theta) - likelihood.prior_residuals(best.theta)
+        of_priors = parameters.off_priors(point.theta) - parameters.off_priors(best.theta)
         rows = np.r_[: len(of_means), len(point.whitened) - len(of_priors) : len(point.whitened)]
         found.append(projected(np.concatenate([of_means, of_priors])[:, None], point.whitened[rows, :d])[:, 0])
     return np.array(found)

@@ -104,18 +104,12 @@ class Likelihood:
         """Unknowns that the data alone determine: those without a prior."""
         return self.d - len(self.model.problem.parameters.with_prior)
 
-    def prior_residuals(self, theta: Array) -> Array:
-        """Deviations from the priors at θ (p,), in standard deviations, (n_prior,)."""
-        parameters = self.model.problem.parameters
-        value, sd = parameters.priors
-        return (theta[parameters.with_prior] - value) / sd
-
     def with_priors(self, point: Point) -> Point:
         """A point of the data's likelihood with the priors as further data."""
         parameters = self.model.problem.parameters
         if not len(columns := parameters.with_prior):
             return point
-        residual, sd = self.prior_residuals(point.theta), parameters.priors[1]
+        residual, sd = parameters.off_priors(point.theta), parameters.priors[1]
         gradient = point.gradient.copy()
         gradient[columns] += 2 * residual / sd
         whitened = with_prior_rows(point.whitened, parameters)
@@ -206,7 +200,7 @@ class Likelihood:
             response = self.model.response(theta[None, : self.d])[0]
         except np.linalg.LinAlgError:
             return np.inf
-        off = self.prior_residuals(theta)
+        off = self.model.problem.parameters.off_priors(theta)
         return self._deviance(self._residual(response), self._variance(theta, response)) + float(off @ off)
 
     def deviance_of(self, response: ComplexArray) -> float:

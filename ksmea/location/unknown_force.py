@@ -214,7 +214,7 @@ class ProjectedLikelihood(SumOfSquares):
         kept = _size(jacobian) > LEAST_KEPT * _size(change / self.sd[..., None])
         rows = self._real(np.where(kept, jacobian, 0.0).reshape(-1, len(theta)))
         rows = with_prior_rows(rows, parameters)
-        real = np.concatenate([self._real(residual.ravel()), self._off_priors(theta)])
+        real = np.concatenate([self._real(residual.ravel()), self.problem.parameters.off_priors(theta)])
         return ProjectedPoint(
             theta,
             float(real @ real),
@@ -235,13 +235,7 @@ class ProjectedLikelihood(SumOfSquares):
         basis = orthonormal(columns / self.sd[..., None])
         left = without(basis, self._whitened(response)[..., None])
         real = self._real(left.reshape(len(theta), -1), axis=1)
-        return np.concatenate([real, self._off_priors(theta)], axis=1)
-
-    def _off_priors(self, theta: Array) -> Array:
-        """Deviations from the priors at points (…, d), in standard deviations, (…, n_prior)."""
-        parameters = self.problem.parameters
-        value, sd = parameters.priors
-        return (theta[..., parameters.with_prior] - value) / sd
+        return np.concatenate([real, self.problem.parameters.off_priors(theta)], axis=1)
 
     def _model(self, theta: Array) -> tuple[ComplexArray, ComplexArray]:
         """q and A at points (n, d) of the unit cube."""

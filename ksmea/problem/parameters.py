@@ -118,12 +118,12 @@ class Parameters:
     def si_per_unit(self) -> Array:  # (d,)
         return np.array([parameter.si_per_unit for parameter in self.items])
 
-    @property
+    @cached_property
     def own(self) -> Indices:
         """Indices of the unknowns but for numbers known to a tolerance."""
         return np.flatnonzero([not parameter.is_input for parameter in self.items])
 
-    @property
+    @cached_property
     def with_prior(self) -> Indices:
         """Indices of the unknowns that have a prior."""
         return np.flatnonzero([parameter.prior is not None for parameter in self.items])
@@ -134,6 +134,11 @@ class Parameters:
         found = [(item, item.prior) for item in self.items if item.prior is not None]
         value = [(prior.value - item.lower) / (item.upper - item.lower) for item, prior in found]
         return np.array(value), np.array([prior.sd / (item.upper - item.lower) for item, prior in found])
+
+    def off_priors(self, u: Array) -> Array:
+        """Deviations of points (…, ≥ d) of the unit cube from the priors, in standard deviations, (…, n_prior)."""
+        value, sd = self.priors
+        return (u[..., self.with_prior] - value) / sd
 
     @property
     def period(self) -> Array:
