@@ -69,7 +69,7 @@ def sweep(shell, folder, text, *words):
     ("change", "line"),
     [
         ("2 * problem.parameters.upper", "method: expected values within their search limits, got another of kxx"),
-        ("found.x * np.nan", "method: expected values within their search limits, got another of kxx"),
+        ("found.x * np.nan", "the identified values are not finite"),
         ("found.x + 0j", "method: expected 5 real values, got (5,) of type complex128"),
         ("found.x[:3]", "method: expected 5 real values, got (3,) of type float64"),
     ],
