@@ -179,7 +179,7 @@ def test_a_method_without_any_run_takes_no_part(found):
     assert (rows["excess_rank"] == 1.0).all()
     assert (
         told(compared)[0]
-        == "one method alone, fast: nothing to rank; merge its folder with that of others (docs/export.md)"
+        == "one method alone, fast: nothing to rank; merge its folder with that of others (docs/merge_export.md)"
     )
 
 

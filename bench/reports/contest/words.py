@@ -72,7 +72,7 @@ def sentences(contest: Contest, board: pd.DataFrame, pairs: pd.DataFrame, tests:
         )
     if len(contest.methods) == 1:
         findings = [
-            f"one method alone, {contest.methods[0]}: nothing to rank; merge its folder with that of others (docs/export.md)"
+            f"one method alone, {contest.methods[0]}: nothing to rank; merge its folder with that of others (docs/merge_export.md)"
         ]
     return [*findings, *_fastest(contest, board), *_of_set(contest), *_of_failures(contest), *contest.notes]
 
