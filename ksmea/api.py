@@ -146,7 +146,7 @@ def identify(
     >>> result["kxx"].low < 50.0 < result["kxx"].high
     True
 
-    Raises `SettingError` where problem and measurement do not belong together.
+    Raises `SettingError` if problem and measurement do not belong together.
     """
     case = _case(problem, measurement)
     if isinstance(method, str):
@@ -253,7 +253,7 @@ def diagnose(
     >>> ksmea.diagnose(rotor, data, effects=["runout", "mass"]).verdict
     'adequate'
 
-    Raises `SettingError` where problem and measurement do not belong together, or no effect has a location on the problem.
+    Raises `SettingError` if problem and measurement do not belong together, or no effect has a location on the problem.
     """
     case = _case(problem, measurement)
     options = DiagnosisOptions(**settings)
@@ -281,7 +281,7 @@ def locate(
     >>> found.record.kind, found.sites
     ('force', (1.0,))
 
-    Raises `SettingError` where problem and measurement do not belong together, or the data are too few to tell.
+    Raises `SettingError` if problem and measurement do not belong together, or the data are too few to tell.
     """
     case, shared = _case(problem, measurement), _workers(workers)
     record = location(case, _generator(rng), options=LocationOptions(**settings), workers=shared)

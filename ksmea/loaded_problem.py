@@ -85,12 +85,12 @@ class LoadedProblem:
 
     @property
     def reference(self) -> dict[str, float]:
-        """Published values by name, in the units of the unknowns; none where nothing is published."""
+        """Published values by name, in the units of the unknowns; none if nothing is published."""
         units = {item.name: item.si_per_unit for item in self.parameters}
         return {name: value / units[name] for name, value in self.settings.reference().items() if name in units}
 
     def x(self, values: Mapping[str, float] | None = None) -> Array:
-        """A parameter vector (d,), SI, from values by name; `SettingError` where one has no value."""
+        """A parameter vector (d,), SI, from values by name; `SettingError` if one has no value."""
         given = dict(values or {})
         for name in given:
             if name not in self.parameters.names:
@@ -112,7 +112,7 @@ class LoadedProblem:
     ) -> ComplexArray:
         """Unbalance response (n_speed, n_channel), complex, m 0-peak, under Re(q e^{iΩt}).
 
-        `speed` (rad/s) and `channels` are the problem's own where they are not given.
+        `speed` (rad/s) and `channels` are the problem's own if they are not given.
         """
         problem = self.problem
         if speed is not None or channels is not None:

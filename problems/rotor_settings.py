@@ -21,7 +21,7 @@ FASTEST = 1e7  # in any unit: no shaft turns as fast
 
 
 def check_band(speed_from: float, speed_to: float, n_speed: int) -> None:
-    """Raise `SettingError` where the ends are swapped, or are one while several speeds are asked for."""
+    """Raise `SettingError` if the ends are swapped, or are one while several speeds are asked for."""
     if speed_to > FASTEST:
         raise SettingError(f"speed_to: expected at most {FASTEST:g}, got {speed_to:g}; check it and its unit")
     if speed_to < speed_from or (speed_to == speed_from and n_speed > 1):
@@ -61,7 +61,7 @@ def _parameter(name: str, unit: str, si_per_unit: float, limits: Sequence[float]
 
 
 def check_probes(sensors: Sequence[float], directions: Sequence[str]) -> None:
-    """Raise `SettingError` where a list is empty, holds an entry twice or a direction that is none."""
+    """Raise `SettingError` if a list is empty, holds an entry twice or a direction that is none."""
     for name, entries in (("sensors", sensors), ("directions", directions)):
         if not entries or len(set(entries)) < len(entries):
             raise SettingError(f"{name}: expected at least one entry and none twice, got {list(entries)}")
@@ -83,7 +83,7 @@ MAX_WORK = 2 * 10**10  # n_speed n_dof³: some 10 s
 
 
 def check_size(n_element: int, n_speed: int) -> None:
-    """Raise `SettingError` where a model with so many elements and speeds is larger than any use of it."""
+    """Raise `SettingError` if a model with so many elements and speeds is larger than any use of it."""
     if n_element > MAX_ELEMENTS:
         raise SettingError(f"mesh: expected at most {MAX_ELEMENTS} elements in all, got {n_element}; take fewer")
     n_dof = DOF_PER_NODE * (max(n_element, 1) + 1)
@@ -94,7 +94,7 @@ def check_size(n_element: int, n_speed: int) -> None:
 
 
 def check_ports(n_element: int, n_speed: int, *, n_bearing: int, n_plane: int, n_probe: int) -> None:
-    """Raise `SettingError` where the motions per force at all speeds would fill the memory."""
+    """Raise `SettingError` if the motions per force at all speeds would fill the memory."""
     n_row = max(DOF_PER_NODE * (n_element + 1), 2 * n_bearing + n_probe)
     most = MAX_ENTRIES // (n_row * max(2 * n_bearing + n_plane, 1))
     if n_speed > most:

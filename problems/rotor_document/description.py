@@ -105,7 +105,7 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
 
 
 def _check_counts(document: Block) -> None:
-    """Raise `SettingError` where there is more of something than any rotor has, before anything is made of it."""
+    """Raise `SettingError` if there is more of something than any rotor has, before anything is made of it."""
     limits = dict.fromkeys(("disks", "masses", "probes", "unknowns", "materials", "couplings"), MAX_THINGS)
     limits |= dict.fromkeys(("bearings", "seals", "unbalance"), MAX_SUPPORTS)
     for key, most in {**limits, "shaft": MAX_ELEMENTS, "speeds": MAX_SPEEDS}.items():

@@ -58,5 +58,5 @@ def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
     }
     if unknowns:
         without = ", with and without what explains the data" if has_after else ""
-        said = f"The intervals of the unknowns of the model as given{without}, relative to the value that is believed."
+        said = f"The intervals of the unknowns of the model as given{without}, relative to the value of the accepted model."
         yield Drawn(intervals_chart(unknowns, {}, said))
