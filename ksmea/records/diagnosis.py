@@ -45,6 +45,7 @@ class TrialRecord(Record):
     delta_bic: float  # above 0: evidence for the effect
     p: float  # of as large a drop where the effect is absent, corrected for the number of candidates
     parameters: tuple[EstimateRecord, ...]  # the effect's own
+    words: str = ""  # the effect as a noun; '' in older records
 
 
 @dataclass(frozen=True)
