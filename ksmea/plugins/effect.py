@@ -20,6 +20,8 @@ from ksmea.arrays import Array
 from ksmea.measurement.measurement import Measurement
 from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
+from ksmea.records.statement import ORBIT as ORBIT
+from ksmea.records.statement import POLAR
 from ksmea.records.statement import SizeRecord as SizeRecord
 from ksmea.records.statement import StatementRecord as StatementRecord  # both are part of the contract
 from ksmea.settings.settings import Settings
@@ -53,6 +55,8 @@ class Effect(Settings, Generic[Seen]):
     says: ClassVar[str] = ""
     # What to check on the machine if it is named, a sentence. Default: empty.
     check_next: ClassVar[str] = ""
+    # The picture that shows it best: a response with speeds in the complex plane, or orbits. Default: polar.
+    picture: ClassVar[str] = POLAR
     if_nowhere: ClassVar[str] = "leave it out"  # what a message says to do where a problem has no location for it
     # Whether it is fitted from values all over its limits, as an effect that moves or hides resonances requires. Default: True.
     is_scanned: ClassVar[bool] = True
@@ -100,7 +104,7 @@ class Effect(Settings, Generic[Seen]):
         Default: what `says` has it; an effect whose sentence depends on its sizes, or needs others, overrides it."""
         place = str(self)
         words = self.in_words()
-        return StatementRecord(words, self.says or self._in_short(sizes), dict(sizes), place, self.check_next)
+        return StatementRecord(words, self.says or self._in_short(sizes), dict(sizes), place, self.check_next, self.picture)
 
     def vectors(self) -> Sequence[str]:
         """Names of vectors among its unknowns, without `_x` and `_y`. Default: empty."""

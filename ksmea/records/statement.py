@@ -18,6 +18,9 @@ from ksmea.records.estimate import EstimateRecord
 from ksmea.records.record import Record
 
 
+POLAR, ORBIT = "polar", "orbit"
+
+
 @dataclass(frozen=True)
 class SizeRecord(Record):
     """A size with the ends of its interval, None where open, in its unit. A vector has an angle, degrees: the phase lead of what it
@@ -55,6 +58,7 @@ class StatementRecord(Record):
     sizes: Mapping[str, SizeRecord] = field(default_factory=dict)
     place: str = ""  # '' of what has none
     advice: str = ""  # what to check on the machine, a sentence
+    picture: str = POLAR  # the picture that shows it best: polar or orbit
 
 
 def of_unknowns(estimates: Mapping[str, EstimateRecord], correlation: Array) -> dict[str, SizeRecord]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from string import Formatter
 
+from ksmea.records.estimate import Shown
 from ksmea.records.notation import NotationRecord
 from ksmea.records.statement import SizeRecord, StatementRecord
 from ksmea.show.text import fixed, number
@@ -41,7 +42,7 @@ def intervals(statement: StatementRecord, notation: NotationRecord = PLAIN) -> s
         size = _in_notation(size, form or "", notation)
         said.append(_interval(size))
         if size.angle_error is not None and form != LENGTH:
-            said.append(f"± {_rounded(size.angle_error, size.angle_error)}°")
+            said.append(f"± {rounded(size.angle_error, size.angle_error)}°")
     return ", ".join(said)
 
 
@@ -64,9 +65,17 @@ def probes(location: str, notation: NotationRecord = PLAIN) -> str:
     return f"the probes {location}" if location.startswith("at ") else f"the probe in {location}"
 
 
+def half_width(of: SizeRecord | Shown) -> float | None:
+    """Half the width of an interval, or the distance to its one end; None without an interval."""
+    ends = [end for end in (of.low, of.high) if end is not None and math.isfinite(end)]
+    if len(ends) == 2:
+        return (ends[1] - ends[0]) / 2
+    return abs(ends[0] - of.value) if ends else None
+
+
 def with_unit(value: float, unit: str, half: float | None) -> str:
     """A value to the place that its half-width supports: 0.242 mil pp, 15 %."""
-    digits = number(value, ALONE) if half is None else _rounded(value, half)
+    digits = number(value, ALONE) if half is None else rounded(value, half)
     return f"{digits}{'' if unit in ('deg', '') else ' '}{'°' if unit == 'deg' else unit}"
 
 
@@ -85,12 +94,12 @@ def _filled(statement: StatementRecord, name: str, form: str, notation: Notation
     said = f"−{said[1:]}" if said.startswith("-") else said
     if size.angle is None or form == LENGTH:
         return said + word
-    return f"{said} at {_rounded(size.angle, max(size.angle_error or 0.0, WHOLE_DEGREES))}° {notation.phase}"
+    return f"{said} at {rounded(size.angle, max(size.angle_error or 0.0, WHOLE_DEGREES))}° {notation.phase}"
 
 
 def _coarse(size: SizeRecord) -> float | None:
     """Its half-width, or as much as leaves `ALONE` digits: a sentence has no more."""
-    half = _half(size)
+    half = half_width(size)
     least = 3 * 10.0 ** (math.floor(math.log10(abs(size.value))) - ALONE + 1) if size.value else 0.0
     return None if half is None else max(half, least)
 
@@ -114,16 +123,8 @@ def _magnitude(size: SizeRecord) -> SizeRecord:
     return SizeRecord(-size.value, low, high, size.unit)
 
 
-def _half(size: SizeRecord) -> float | None:
-    """Half the width of its interval, or the distance to its one end; None without an interval."""
-    if size.low is not None and size.high is not None:
-        return (size.high - size.low) / 2
-    ends = [end for end in (size.low, size.high) if end is not None]
-    return abs(ends[0] - size.value) if ends else None
-
-
 def _interval(size: SizeRecord) -> str:
-    half = _half(size)
+    half = half_width(size)
     if half is None:
         return "interval open"
     if size.low is None or size.high is None:
@@ -132,10 +133,10 @@ def _interval(size: SizeRecord) -> str:
     return f"± {with_unit(half, size.unit, half)}"
 
 
-def _rounded(value: float, half: float) -> str:
+def rounded(value: float, half: float) -> str:
     """A value to the place of the first digit of its half-width, or of the second if that begins with 1 or 2.
 
-    >>> _rounded(0.5213, 0.062), _rounded(200.13, 2.3), _rounded(13970.0, 40)
+    >>> rounded(0.5213, 0.062), rounded(200.13, 2.3), rounded(13970.0, 40)
     ('0.52', '200.1', '13\u2009970')
     """
     if not (math.isfinite(half) and half > 0):

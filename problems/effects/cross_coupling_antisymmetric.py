@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.plugins.effect import ORBIT
 from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, column, stiffness_scale
 from problems.rotor.extension.sizes import Size
 
@@ -26,6 +27,7 @@ class CrossCouplingAntisymmetric(RotorEffect):
     extent = ALL_BEARINGS
     words = "cross-coupling"
     says = "Bearings push across the deflection with {kxy_antisymmetric} (kxy = −kyx)"
+    picture = ORBIT
     check_next = "Oil film, seals and swirl: clearance, load and inlet swirl; margin to instability."
     aliases: ClassVar[Mapping[str, str]] = {
         "internal_damping": "both act on the damping of the forward whirl; the onset of instability, reverse rotation",

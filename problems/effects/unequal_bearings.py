@@ -17,7 +17,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import DIRECTIONS
-from ksmea.plugins.effect import SizeRecord, StatementRecord
+from ksmea.plugins.effect import ORBIT, SizeRecord, StatementRecord
 from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, column
 from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
@@ -32,6 +32,7 @@ class UnequalBearings(RotorEffect):
     """The first bearing is stiffer or softer than the others."""
 
     extent = ALL_BEARINGS
+    picture = ORBIT
     check_next = "Clearance and static load of both bearings."
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",

@@ -13,8 +13,10 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import cosines
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord
+from ksmea.records.notation import NotationRecord
 from ksmea.show.charts.residuals import COMPONENTS, as_complex, components
 from ksmea.show.charts.residuals import residuals as residuals_of
+from ksmea.show.statements import PLAIN
 from ksmea.units import MICROMETRE, RPM
 
 LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
@@ -52,6 +54,7 @@ class Response:
     residuals: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     averaged: tuple[Array, Array] | None = None
     breaks: tuple[int, ...] = ()
+    notation: NotationRecord = PLAIN
 
     def planes(self) -> dict[str, tuple[tuple[int, int], Array]]:
         """Two columns of each plane where two directions are measured, and the matrix (2, 2) that makes x and y of them."""
