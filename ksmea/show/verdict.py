@@ -12,14 +12,6 @@ def verdict_line(record: DiagnosisRecord) -> str:
     return f"{_verdict(record)}{_doubt(record)}"
 
 
-def headline(record: DiagnosisRecord) -> str:
-    """The same with what explains the data as well."""
-    stated = {*record.named, *(each.label for each in record.explanations[:1])}  # the first is the best one
-    others = [each for each in alike(record) if each not in stated]
-    also = f", or as well {' or '.join(others)}" if record.verdict == "ambiguous" and others else ""
-    return f"{_verdict(record)}{also}{_doubt(record)}"
-
-
 def _verdict(record: DiagnosisRecord) -> str:
     if record.verdict == "located" and record.location is not None:
         return f"Verdict: located – an unknown {in_short(record.location)}"

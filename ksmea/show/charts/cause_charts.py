@@ -55,7 +55,7 @@ def response_chart(record: DiagnosisRecord, notation: NotationRecord = PLAIN) ->
     elements.append(Points(_speeds(response.speed, notation), measured, size=3.5, name="measured", colour=MEASURED))
     name = notation.name(response.channels[column])
     panels = [Panel(tuple(elements), x, Axis(f"{name}, {notation.unit}", "log"), height=2.6)]
-    accepted = next(reversed(response.residuals), "")
+    accepted = next(reversed(tuple(response.residuals)), "")
     if accepted:
         parts = response.residuals[accepted]
         panels.append(_residuals({part: left[:, column] for part, left in parts.items()}, response, x, notation))
@@ -104,10 +104,10 @@ def polar_chart(record: DiagnosisRecord, response: Response, notation: NotationR
         text = said[at].partition(" ")[0]
         elements.append(Words(x=float(measured[at].real), y=float(measured[at].imag), text=text, offset=offset, has_ground=True))
     name = notation.name(response.channels[column])
-    ends = {"low": -1.3 * reach, "high": 1.3 * reach, "ticks": {}}
+    axis = Axis(low=-1.3 * reach, high=1.3 * reach, ticks={})
     turning = "clockwise" if notation.phase == "lag" else "anticlockwise"
     return one_panel(
-        elements, Axis(**ends), Axis(**ends), f"{name} in the complex plane",
+        elements, axis, axis, f"{name} in the complex plane",
         f"{notation.unit}; 0° of phase to the right, {notation.phase} {turning}; numbers: speed in {notation.speed}.",
         height=3.7, is_to_scale=True, width=4.6,
     )  # fmt: skip
