@@ -27,7 +27,7 @@ from ksmea.records.extension import (
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.inputs import InputRecord
 from ksmea.records.location import LocationRecord
-from ksmea.records.notation import NotationRecord
+from ksmea.measurement.notation import Notation
 from ksmea.records.record import Record
 from ksmea.units import VIBRATION, Quantity, Speed
 
@@ -191,7 +191,7 @@ class DiagnosisRecord(Record):
     ] = ()  # the best one and those as near; none where none is believed, or older
     averaged: AveragedRecord | None = None  # over these, where there are several and an average is wanted
     inputs: tuple[InputRecord, ...] = ()  # numbers known to a tolerance, by the model that is believed
-    notation: NotationRecord = field(default_factory=NotationRecord)  # of the measurement's own file
+    notation: Notation = field(default_factory=Notation)  # of the measurement's own file
     is_split_sought: bool = True  # whether a measurement that would tell them apart is wanted
 
     @classmethod

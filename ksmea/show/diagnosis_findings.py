@@ -17,7 +17,7 @@ import pandas as pd
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord, Shown
 from ksmea.records.extension import EffectRecord
-from ksmea.records.notation import SPEEDS, NotationRecord
+from ksmea.measurement.notation import SPEEDS, Notation
 from ksmea.records.statement import StatementRecord
 from ksmea.show import statements
 from ksmea.show.diagnosis_tables import averaged_values
@@ -47,7 +47,7 @@ class Other:
     is_near: bool  # it cannot be distinguished from the best one
 
 
-def title(record: DiagnosisRecord, notation: NotationRecord = PLAIN) -> str:
+def title(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     """The finding as a sentence, with size, angle and place."""
     match record.verdict:
         case "adequate":
@@ -63,7 +63,7 @@ def title(record: DiagnosisRecord, notation: NotationRecord = PLAIN) -> str:
     return " and ".join(_said(effect, notation) for effect in record.applied)
 
 
-def meaning(record: DiagnosisRecord, notation: NotationRecord = PLAIN) -> str:
+def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     """What the title means for the model, in one or two sentences."""
     test = record.lack_of_fit
     if record.verdict in (ADEQUATE, UNSEEN):
@@ -80,7 +80,7 @@ def meaning(record: DiagnosisRecord, notation: NotationRecord = PLAIN) -> str:
     return f"{rejected}.{with_cause}{doubt}"
 
 
-def certainty(record: DiagnosisRecord, notation: NotationRecord = PLAIN) -> Iterator[tuple[str, str]]:
+def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[tuple[str, str]]:
     """How sure the finding is: at most four numbers, each with what it says."""
     statement = record.applied[0].statement if record.is_explained and record.applied else None
     if statement is not None and (ends := statements.intervals(statement, notation)):
@@ -144,7 +144,7 @@ def look_alikes(record: DiagnosisRecord) -> Iterator[str]:
             yield f"{_capital(each.words)} cannot be ruled out: {record.aliases[name]}."
 
 
-def file_line(record: DiagnosisRecord, notation: NotationRecord = PLAIN) -> str:
+def file_line(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     """Data in a line: source, speeds, probes and units; '' without curves."""
     curves = record.curves
     if curves is None:
@@ -180,7 +180,7 @@ def values(record: DiagnosisRecord) -> pd.DataFrame:
     return frame if frame.empty or record.verdict not in (LOCATED, UNKNOWN) else frame.drop(columns="±")
 
 
-def where(quality: FitQualityRecord, notation: NotationRecord = PLAIN) -> str:
+def where(quality: FitQualityRecord, notation: Notation = PLAIN) -> str:
     """Where most of a misfit sits: 'at 3820–5730 rpm in x at 0.1 m'."""
     low, high = (with_unit(end / SPEEDS[notation.speed], "", WHOLE) for end in quality.band)
     return f"at {low}{UP_TO}{high} {notation.speed} in {notation.name(quality.channel)}"
@@ -200,11 +200,40 @@ def cause(trial: TrialRecord) -> str:
     return words if trial.location == UNSAID else f"{words} {_at(trial.location)}"
 
 
+def verdict_line(record: DiagnosisRecord) -> str:
+    """The verdict and what it names or locates, for example 'Verdict: named – runout (at 0.1 m)', and whether left-out data
+    fail to confirm it."""
+    return f"{_verdict(record)}{_doubt(record)}"
+
+
+def _verdict(record: DiagnosisRecord) -> str:
+    if record.verdict == "located" and record.location is not None:
+        return f"Verdict: located – an unknown {in_short(record.location)}"
+    return f"Verdict: {record.verdict}" + (f" – {applied(record)}" if record.is_explained else "")
+
+
+def _doubt(record: DiagnosisRecord) -> str:
+    gain = record.predictive_gain
+    is_doubtful = record.is_explained and gain is not None and not gain.is_supported
+    return "; left-out data do not confirm it" if is_doubtful else ""
+
+
+def applied(record: DiagnosisRecord) -> str:
+    """The effects of the extended model with their locations."""
+    return " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
+
+
+def alike(record: DiagnosisRecord) -> tuple[str, ...]:
+    """The effects, or where these explain the data the pairs of them, that explain the data about as well."""
+    pairs = dict.fromkeys(each.label for each in record.explanations if len(each.effects) > 1)
+    return tuple(pairs) or record.ambiguity_group
+
+
 def _at(location: str) -> str:
     return location if location.startswith("at ") else f"({location})"
 
 
-def _said(effect: EffectRecord, notation: NotationRecord) -> str:
+def _said(effect: EffectRecord, notation: Notation) -> str:
     """The statement of an effect; of an older record its name and location."""
     return statements.sentence(_stated(effect), notation)
 
@@ -216,7 +245,7 @@ def _stated(effect: EffectRecord) -> StatementRecord:
     return StatementRecord(words, f"{_capital(words)} {_at(effect.location)}", place=effect.location)
 
 
-def _either(record: DiagnosisRecord, notation: NotationRecord) -> str:
+def _either(record: DiagnosisRecord, notation: Notation) -> str:
     """The explanations, each once and without its sizes: 'unbalance at 1 m or residual bow'."""
     found: dict[str, str] = {}
     for each in record.explanations:
@@ -284,7 +313,7 @@ def _times(multiple: float) -> str:
     return f"{TIMES} {'more than ' if multiple >= MOST_MULTIPLE else ''}{number(multiple, 2)}" if multiple >= 1.05 else f"{TIMES} {multiple:.2f}"
 
 
-def _noise(level: NoiseLevelRecord, notation: NotationRecord) -> str:
+def _noise(level: NoiseLevelRecord, notation: Notation) -> str:
     """'6.2 % of each reading + 0.009 mil pp'."""
     parts = [f"{two_digits(100 * level.relative)} % of each reading"] if level.relative else []
     parts += [f"{two_digits(notation.vibration(level.floor))} {notation.unit}"] if level.floor > LEAST_FLOOR or not parts else []

@@ -35,7 +35,7 @@ from ksmea.show.text import (
     stability_text,
     with_ends,
 )
-from ksmea.show.verdict import alike, applied, verdict_line
+from ksmea.show.diagnosis_findings import alike, applied, verdict_line
 from ksmea.units import RPM
 
 BEFORE = 'those "before"'  # the fit of the model as given, in words

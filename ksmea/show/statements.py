@@ -6,12 +6,12 @@ import math
 from string import Formatter
 
 from ksmea.records.estimate import Shown
-from ksmea.records.notation import NotationRecord
+from ksmea.measurement.notation import Notation
 from ksmea.records.statement import SizeRecord, StatementRecord
 from ksmea.show.text import fixed, number
 from ksmea.units import SI_PER_UNIT
 
-PLAIN = NotationRecord()
+PLAIN = Notation()
 READING, PROBES, LENGTH = "reading", "probes", "size"
 WHOLE_DEGREES = 3.0  # of a half-width: an angle in a sentence has no decimals
 UNSAID = "whole rotor"  # a location that a sentence does not repeat
@@ -22,7 +22,7 @@ GROUPED = 10_000  # from where on digits are grouped
 LENGTH_IN_SI = {"µm": 1e-6, "mm": 1e-3, "m": 1.0}
 
 
-def sentence(statement: StatementRecord, notation: NotationRecord = PLAIN) -> str:
+def sentence(statement: StatementRecord, notation: Notation = PLAIN) -> str:
     """Where something acts and how much of it there is, without a full stop."""
     parts = [
         text if name is None else text + _filled(statement, name, form or "", notation)
@@ -32,7 +32,7 @@ def sentence(statement: StatementRecord, notation: NotationRecord = PLAIN) -> st
     return f"{said[:1].upper()}{said[1:]}"
 
 
-def intervals(statement: StatementRecord, notation: NotationRecord = PLAIN) -> str:
+def intervals(statement: StatementRecord, notation: Notation = PLAIN) -> str:
     """The half-widths of the intervals of its sizes: '± 0.0025 mil pp, ± 0.6°'; of an open one the end that is known."""
     said = []
     for _, name, form, _ in Formatter().parse(statement.sentence):
@@ -46,15 +46,15 @@ def intervals(statement: StatementRecord, notation: NotationRecord = PLAIN) -> s
     return ", ".join(said)
 
 
-def place(location: str, notation: NotationRecord = PLAIN) -> str:
+def place(location: str, notation: Notation = PLAIN) -> str:
     """A location with the names of its probes; '' for the whole rotor."""
     return "" if location == UNSAID else notation.name(location)
 
 
-def probes(location: str, notation: NotationRecord = PLAIN) -> str:
+def probes(location: str, notation: Notation = PLAIN) -> str:
     """The probes at a location: '3X and 3Y', or 'the probes at 0.1 m'.
 
-    >>> probes("at 0.1 m", NotationRecord(names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})), probes("x at 0.1 m")
+    >>> probes("at 0.1 m", Notation(names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})), probes("x at 0.1 m")
     ('3X and 3Y', 'the probe in x at 0.1 m')
     """
     named = [name for channel, name in notation.names.items() if channel == location or channel.endswith(f" {location}")]
@@ -79,7 +79,7 @@ def with_unit(value: float, unit: str, half: float | None) -> str:
     return f"{digits}{'' if unit in ('deg', '') else ' '}{'°' if unit == 'deg' else unit}"
 
 
-def _filled(statement: StatementRecord, name: str, form: str, notation: NotationRecord) -> str:
+def _filled(statement: StatementRecord, name: str, form: str, notation: Notation) -> str:
     if name == "place":
         return probes(statement.place, notation) if form == PROBES else place(statement.place, notation)
     if (size := statement.sizes.get(name)) is None:
@@ -104,7 +104,7 @@ def _coarse(size: SizeRecord) -> float | None:
     return None if half is None else max(half, least)
 
 
-def _in_notation(size: SizeRecord, form: str, notation: NotationRecord) -> SizeRecord:
+def _in_notation(size: SizeRecord, form: str, notation: Notation) -> SizeRecord:
     """A size whose reading, and whose angle, are those of a notation."""
     angle = None if size.angle is None else notation.angle(size.angle)
     if form != READING:

@@ -244,6 +244,7 @@ def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord
         curves=diagnosis_curves(found, fine=fine),
         left_out=dict(found.left_out),
         source=measurement.source,
+        notation=measurement.notation,
         stability=_stability(found),
         explanations=_explanations(found),
         averaged=_averaged(found),

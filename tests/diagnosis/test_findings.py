@@ -7,7 +7,7 @@ import pytest
 
 from bench.reports.diagnosis.page import MOST_STEPS, diagnosis_page, pictures_of
 from bench.plan.page import Command, Drawn, Grid, Numbers, Prose, Steps, Table
-from ksmea.records.notation import NotationRecord
+from ksmea.measurement.notation import Notation
 from ksmea.records.statement import SizeRecord, StatementRecord
 from ksmea.show import diagnosis_findings as findings
 from ksmea.show.charts import interactive, picture
@@ -18,7 +18,7 @@ from tests.diagnosis.test_show import RECORD, ambiguous, changed
 
 SIZE = SizeRecord(12.8, 12.71, 12.89, "µm", 71.0, 0.4)
 STATED = StatementRecord("runout", "Runout of {runout:reading}, seen by {place:probes}", {"runout": SIZE}, "at 0.1 m", "Record a slow-roll vector.")
-OWN = NotationRecord("mil", "pp", "lag", names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})
+OWN = Notation("mil", "pp", "lag", names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})
 NAMED = changed(applied=(dataclasses.replace(RECORD.applied[0], statement=STATED),))
 
 

@@ -18,9 +18,9 @@ from ksmea.records.extension import AveragedRecord, BandRecord, ExplanationRecor
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Band, Bars
 from ksmea.show.charts.ranking_chart import AS_WELL, NAMED, OTHER, best_trials, ranking_chart
-from ksmea.show.diagnosis_findings import meaning
+from ksmea.show.diagnosis_findings import meaning, title
 from ksmea.show.diagnosis_text import about_extension, coefficients_frame, diagnosis_chart, frame, plot, text
-from ksmea.show.verdict import verdict_line
+from ksmea.show.diagnosis_findings import verdict_line
 
 OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
 RECORD = DiagnosisRecord.from_data(OLDER)
@@ -298,41 +298,21 @@ def test_pairs_that_are_ambiguous_are_listed_as_pairs():
     other = dataclasses.replace(both, label="runout and youngs_modulus")
     found = text(changed(verdict="ambiguous", explanations=(both, other)))
     assert "These explain the data about as well: runout and mass, runout and youngs_modulus." in found
-    named = changed(
-        verdict="ambiguous",
-        named=("mass", "runout"),
-        ambiguity_group=("mass", "runout", "youngs_modulus"),
-        explanations=(both, other),
-    )
-    assert headline(named).endswith(", or as well runout and youngs_modulus")
 
 
-def test_a_headline_does_not_repeat_the_pair_that_it_names():
-    """Also where both effects of the pair have one name."""
+def test_a_title_lists_pairs_as_pairs():
+    """Also where both effects of a pair have one name."""
     [runout, mass] = ambiguous().explanations
     twice = dataclasses.replace(runout, label="runout at 0.1 m and runout at 0.5 m", effects=2 * runout.effects)
     other = dataclasses.replace(runout, label="runout and mass", effects=runout.effects + mass.effects)
-    found = changed(
-        verdict="ambiguous",
-        named=("runout",),
-        ambiguity_group=("runout", "mass"),
-        applied=twice.effects,
-        explanations=(twice, other),
-    )
-    assert headline(found) == f"{verdict_line(found)}, or as well runout and mass"
+    found = changed(verdict="ambiguous", named=("runout",), applied=twice.effects, explanations=(twice, other))
+    assert title(found).startswith("Runout at 0.1 m with runout at 0.1 m or runout at 0.1 m with mass: these data")
 
 
 def test_effects_beside_an_adequate_model_are_called_what_they_are():
     said = text(changed(verdict="adequate", named=(), applied=(), predictive_gain=None))
     assert "Verdict: adequate\n\nThe model explains the data. The effects that come nearest to being needed:\n" in said
     assert "come nearest" not in text(RECORD)
-
-
-def test_a_headline_names_what_explains_the_data_as_well():
-    [applied] = RECORD.applied
-    assert headline(RECORD) == f"Verdict: named – runout ({applied.location})"
-    assert headline(ambiguous()) == f"Verdict: ambiguous – runout ({applied.location}), or as well mass"
-    assert headline(changed(verdict="unknown", named=(), ambiguity_group=())) == "Verdict: unknown"
 
 
 def test_the_band_of_the_average_is_drawn_to_a_positive_end():

@@ -7,7 +7,7 @@ import pytest
 
 from ksmea.plugins import registry
 from ksmea.records.estimate import EstimateRecord
-from ksmea.records.notation import NotationRecord
+from ksmea.measurement.notation import Notation
 from ksmea.records.statement import of_unknowns
 from ksmea.show.statements import intervals, sentence
 from problems.effects.runout import Runout
@@ -15,7 +15,7 @@ from problems.effects.unequal_bearings import UnequalBearings
 from problems.three_disk import ThreeDisk
 
 NAMES = sorted(point.name for point in entry_points(group="ksmea.effects"))
-OWN = NotationRecord("mil", "pp", "lag", names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})
+OWN = Notation("mil", "pp", "lag", names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})
 
 
 def estimated(name, value, half, unit):

@@ -20,7 +20,7 @@ from ksmea.records.estimate import Shown
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show import diagnosis_findings as findings
 from ksmea.show.text import two_digits
-from ksmea.show.verdict import verdict_line
+from ksmea.show.diagnosis_findings import verdict_line
 from ksmea.units import MICROMETRE
 
 USUAL_LEVEL = 0.95  # of intervals in plans that say none

@@ -8,7 +8,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.records.notation import SPEEDS, NotationRecord
+from ksmea.measurement.notation import SPEEDS, Notation
 from ksmea.records.statement import ORBIT
 from ksmea.show import diagnosis_findings as findings
 from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, Words, broken, one_panel
@@ -38,7 +38,7 @@ def worst_channel(record: DiagnosisRecord, response: Response) -> int:
     return response.channels.index(name) if name in response.channels else 0
 
 
-def response_chart(record: DiagnosisRecord, notation: NotationRecord = PLAIN) -> Chart | None:
+def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart | None:
     """Amplitude of the worst channel over speed, measured and by both models; below it what the accepted model leaves, in σ."""
     response = of_diagnosis(record)
     if response is None:
@@ -64,7 +64,7 @@ def response_chart(record: DiagnosisRecord, notation: NotationRecord = PLAIN) ->
     return Chart(title, f"Dots: measured{left}.", (tuple(panels),), width=6.5)
 
 
-def _residuals(parts: dict[str, Array], response: Response, x: Axis, notation: NotationRecord) -> Panel:
+def _residuals(parts: dict[str, Array], response: Response, x: Axis, notation: Notation) -> Panel:
     most = max(LEAST_SIGMA, *(1.1 * float(np.max(np.abs(left))) for left in parts.values()))
     elements: list[Element] = [Span(low=-N_SD, high=N_SD), Level(at=0.0, dash="solid", width=0.6)]
     for (part, left), symbol in zip(parts.items(), SYMBOLS):
@@ -73,7 +73,7 @@ def _residuals(parts: dict[str, Array], response: Response, x: Axis, notation: N
     return Panel(tuple(elements), x, Axis("residual / σ", low=-most, high=most), height=1.1)
 
 
-def cause_chart(record: DiagnosisRecord, notation: NotationRecord = PLAIN) -> Chart | None:
+def cause_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart | None:
     """The picture that shows the cause best; None of amplitudes, which have no phase to draw."""
     response = of_diagnosis(record)
     if response is None or not response.has_phase:
@@ -84,7 +84,7 @@ def cause_chart(record: DiagnosisRecord, notation: NotationRecord = PLAIN) -> Ch
     return polar_chart(record, response, notation)
 
 
-def polar_chart(record: DiagnosisRecord, response: Response, notation: NotationRecord) -> Chart:
+def polar_chart(record: DiagnosisRecord, response: Response, notation: Notation) -> Chart:
     """The response of the worst channel in the complex plane, with speeds at some points; lead counts anticlockwise."""
     column, scale = worst_channel(record, response), notation.vibration(MICROMETRE)
     measured = scale * response.measured[:, column]
@@ -113,7 +113,7 @@ def polar_chart(record: DiagnosisRecord, response: Response, notation: NotationR
     )  # fmt: skip
 
 
-def orbit_chart(record: DiagnosisRecord, response: Response, notation: NotationRecord) -> Chart:
+def orbit_chart(record: DiagnosisRecord, response: Response, notation: Notation) -> Chart:
     """The orbit of the plane with the largest misfit of the model as given, at the speed of that misfit."""
     scale = notation.vibration(MICROMETRE)
     found: tuple[float, str, int] | None = None
@@ -173,7 +173,7 @@ def _words(record: DiagnosisRecord) -> Iterator[str]:
         yield effect.statement.words if effect.statement is not None else effect.name.replace("_", " ")
 
 
-def _speeds(rpm: Array, notation: NotationRecord) -> Array:
+def _speeds(rpm: Array, notation: Notation) -> Array:
     return np.asarray(rpm) * RPM / SPEEDS[notation.speed]
 
 

@@ -15,7 +15,7 @@ from ksmea.measurement.channel import cosines
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
 from ksmea.records.estimate import NoiseLevelRecord
-from ksmea.records.notation import NotationRecord
+from ksmea.measurement.notation import Notation
 from ksmea.show.statements import PLAIN
 from ksmea.units import MICROMETRE, RPM
 
@@ -54,7 +54,7 @@ class Response:
     residuals: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     averaged: tuple[Array, Array] | None = None
     breaks: tuple[int, ...] = ()
-    notation: NotationRecord = PLAIN
+    notation: Notation = PLAIN
 
     def planes(self) -> dict[str, tuple[tuple[int, int], Array]]:
         """Two columns of each plane where two directions are measured, and the matrix (2, 2) that makes x and y of them."""
