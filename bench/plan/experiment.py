@@ -143,7 +143,7 @@ class Experiment:
             cells=cells,
             runs=all_runs(cells, config.repetitions, versions),
             plugins={word: path for cell in cells for word, path in plugin_files(cell.settings).items()},
-            notes=tuple(left_out),
+            notes=(*left_out, *_compared(composer, cells)),
         )
         working = tuple(override(key, config[key]) for key in WORKING)
         output = Path(config.output).absolute()
@@ -152,6 +152,19 @@ class Experiment:
             report_named(config.table).check_plan(plan)
         shared = tuple(map(Path, [*config.share, *share]))
         return cls(plan, output, config.batches, shared, working, has_left_out=bool(left_out))
+
+
+def _compared(composer: Composer, cells: Sequence[Cell]) -> list[str]:
+    """A note on local searches that are off because optimisers are compared."""
+    off = [
+        key
+        for key in composer.compared
+        if any((cell.settings.get("method") or {}).get(key.partition(".")[2]) is False for cell in cells)
+    ]
+    if not off:
+        return []
+    said = " and ".join(f"{key}=false" for key in off)
+    return [f"optimisers are compared as they stop, with {said}: after a local search all would end at one optimum"]
 
 
 def _fixed(choices: Iterable[Choice]) -> list[Choice]:
