@@ -24,7 +24,7 @@ from bench.command_line.word_shapes import NAMED
 from bench.plan.assumed_values import assumed_values_in_errors, with_assumed_values
 from bench.plan.composer import Composer, Compositions
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
-from bench.plan.folder import require_own_folder
+from bench.plan.folder import own_folder, require_own_folder
 from bench.plan.left_out import left_out_lines, outside_in, planning, with_usable
 from bench.plan.parameter_facts import FactsOfCells
 from bench.plan.plan import Cell, Plan, ReportSettings, all_runs, is_file_name, own_seed
@@ -147,7 +147,10 @@ class Experiment:
         )
         working = tuple(override(key, config[key]) for key in WORKING)
         output = Path(config.output).absolute()
-        require_own_folder(plan, output)
+        if any(choice.key == "output" for choice in words):
+            require_own_folder(plan, output)
+        else:
+            output = own_folder(plan, output)
         if config.table is not None:
             report_named(config.table).check_plan(plan)
         shared = tuple(map(Path, [*config.share, *share]))
