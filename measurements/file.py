@@ -105,7 +105,7 @@ class File(Answers, MeasurementSource):
 
     @property
     def noise(self) -> Noise | None:
-        """The noise as the file states it, datum by datum; None where it does not."""
+        """The noise as the file states it, datum by datum; None if it does not."""
         return None if self._run_up.sigma is None else Noise(0.0, self._run_up.sigma)
 
     @property
@@ -114,7 +114,7 @@ class File(Answers, MeasurementSource):
 
     @property
     def time(self) -> Array | None:
-        """When each speed was passed, (n_speed,) s, speeds rising; None where the file does not say."""
+        """When each speed was passed, (n_speed,) s, speeds rising; None if the file does not say."""
         return self._run_up.time
 
     @property

@@ -80,7 +80,7 @@ def draw(words: list[str]) -> int:
 
 
 def _require_own_page(page: Path) -> None:
-    """Raise `SettingError` where a page stands that is none of a drawing, which would be lost."""
+    """Raise `SettingError` if a page stands that is none of a drawing, which would be lost."""
     if page.exists() and page_facts(page.parent).get("study") != STUDY:
         raise SettingError(f"{page}: expected a drawing's page or none, found another page; choose another output=DIR")
 

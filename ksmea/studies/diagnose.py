@@ -75,7 +75,7 @@ class DiagnosisOptions(Settings):
     screening: int = setting(4096, "points of the baseline model's range that are screened", at_least=64)
     starts: int = setting(12, "fits of the baseline model from the best of them", at_least=1)
     scan: int = setting(
-        200, "of these points, those that are screened again at values of an effect, most of them the best", at_least=1
+        200, "number of these points, mostly the best, that are screened again at each value of an effect", at_least=1
     )
     scan_values: int = setting(
         16,
@@ -84,7 +84,7 @@ class DiagnosisOptions(Settings):
     )
     effect_starts: int = setting(5, "fits of each effect from the best of those", at_least=1)
     firsts: int = setting(
-        3, "effects that second ones are tried beside, where the best one does not leave noise behind", at_least=1
+        3, "first effects to which second ones are added, if the residuals of the best one are not noise", at_least=1
     )
     pairs: int = setting(
         18, "pairs of effects that are fitted to the end, and as many at most whose second one is scanned", at_least=1
@@ -95,7 +95,7 @@ class DiagnosisOptions(Settings):
     )
     locate: bool = setting(
         True,
-        "where the model is wrong, look too for places at which an unknown force explains the data, whatever its cause",
+        "also locate an unknown force of any cause, if the model is wrong",
     )
 
     @property

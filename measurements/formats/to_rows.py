@@ -52,7 +52,7 @@ class Decided:
 
 
 def decided(curves: Sequence[Curve], answers: Answers) -> tuple[Rows, tuple[str, ...], Notation]:
-    """The rows that a file holds, in the order of time, and the remarks on them, and the units and names of the file. Raises `SettingError` where a question is
+    """The rows that a file holds, in the order of time, and the remarks on them, and the units and names of the file. Raises `SettingError` if a question is
     left open."""
     chosen, others = _chosen(curves, answers)
     channels = [_decided(curve, place, answers) for curve, place in chosen]
@@ -210,7 +210,7 @@ def _sense(curve: Curve, answers: Answers, where: str) -> str:
         return answers.phase or curve.stated_sense
     if not answers.phase and not curve.sense:
         raise OpenQuestion(
-            f"{where}: expected to be told whether phases are lags or leads; give phase=lag, lead or none",
+            f"{where}: expected lags or leads as phases, got phases without a sign; give phase=lag, lead or none",
             "phase",
             ("LAG_LEAD_OR_NONE",),
             "lead",
@@ -256,7 +256,7 @@ def _require_all_or_none(channels: Sequence[Decided], answers: Answers) -> None:
                 f"{answers.path}: expected {what} of all probes or of none, got none of {shortened(lacking.curve.name)}; {cure}"
             )
     if any(not each.channel.is_1x for each in channels) and not any(each.channel.is_1x for each in channels):
-        raise SettingError(f"{answers.path}: expected 1X beside the other harmonics, got none; add it")
+        raise SettingError(f"{answers.path}: expected 1X with the other harmonics, got none; add it")
 
 
 def _rows(channels: Sequence[Decided], path: str) -> Rows:

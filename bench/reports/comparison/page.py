@@ -17,7 +17,7 @@ def comparison_page(comparison: Comparison) -> bytes:
         for name in dict.fromkeys([*first.unknowns, *second.unknowns])
     }
     blocks: list[Block] = [Prose(f"a: {first.name}: {first.verdict}\nb: {second.name}: {second.verdict}")]
-    about = f"Differences are in combined standard deviations, σ: those of two independent measurements.\n{SAME_DATA if comparison.is_of_same_data else ''}"
+    about = f"Differences are in combined standard deviations σ of two independent measurements.\n{SAME_DATA if comparison.is_of_same_data else ''}"
     of_unknowns: list[Block] = [Prose(about), Table(unknowns_table(comparison), "Unknowns", "compare.csv")]
     if unknowns:
         of_unknowns.append(

@@ -48,7 +48,7 @@ class Side:
 
 
 def read_side(folder: Path) -> Side:
-    """The first run that has a result in a folder; `SettingError` where it is neither an identification nor a diagnosis."""
+    """The first run that has a result in a folder; `SettingError` if it is neither an identification nor a diagnosis."""
     plan = read_plan(folder)
     run, line = _first(plan, folder)
     cell = plan.cells[run.cell]

@@ -70,7 +70,7 @@ class Response:
 
 
 def _across(directions: Sequence[str]) -> tuple[str, str] | None:
-    """The two that are nearest to a right angle; None where all are parallel."""
+    """The two that are nearest to a right angle; None if all are parallel."""
     pairs = list(combinations(directions, 2))
     best = max(pairs, key=lambda pair: abs(np.linalg.det(_read_by(pair))), default=None)
     return best if best is not None and abs(np.linalg.det(_read_by(best))) > LEAST_ACROSS else None
