@@ -30,6 +30,7 @@ ADEQUATE, UNSEEN, LOCATED, UNKNOWN, AMBIGUOUS = "adequate", "not observable", "l
 NEAR = 6.0  # ΔBIC within which two explanations cannot be distinguished (Kass & Raftery 1995)
 LEAST_FLOOR = 0.01 * MICROMETRE  # of noise that is said
 RESOLUTION = 4001  # simulated residuals of the lack-of-fit test, with the measured ones: its smallest p is one of them
+DEGREES = "deg"  # of an angle no part is known
 WHOLE = 3.0  # of a half-width: a speed has no decimals
 ALIKE = 2.0  # factor within which relative half-widths are said together
 TIMES, UP_TO = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
@@ -267,7 +268,7 @@ def _how_well(record: DiagnosisRecord) -> str:
     widths = {
         row.name: half / abs(row.before.value)
         for row in record.coefficients
-        if row.before is not None and (half := half_width(row.before.shown)) is not None and row.before.value
+        if row.before is not None and row.before.unit != DEGREES and (half := half_width(row.before.shown)) is not None and row.before.value
     }
     groups: list[list[str]] = []
     for name in sorted((each for each in widths if widths[each] < 1), key=widths.__getitem__):
