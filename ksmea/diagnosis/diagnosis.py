@@ -30,6 +30,7 @@ from functools import partial
 
 import numpy as np
 
+from ksmea.diagnosis.equivalents import alone_in_place_of, pairs_in_place_of
 from ksmea.diagnosis.further_measurement import Split, best_split
 from ksmea.diagnosis.model_averaging import Averaged, averaged
 from ksmea.diagnosis.observability import Detectable, smallest_detectable
@@ -257,7 +258,7 @@ def _collinear(state: _State, search: Search) -> _State:
     """The cosines of all candidates with the lead."""
     if state.lead is None or state.lead is state.led_by:
         return state
-    cosines = cosines_with(state.lead, state.trials, search.workers)
+    cosines = cosines_with(Explanation.of(state.lead), state.trials, search.workers)
     return dataclasses.replace(state, cosines=cosines, led_by=state.lead)
 
 
@@ -265,17 +266,22 @@ def _rivals_tested(state: _State, search: Search) -> _State:
     """The trials, refitted if their cosine with the lead predicts a better fit."""
     if state.lead is None:
         return state
-    trials = tested(state.lead, state.trials, state.cosines, state.baseline.best, search.workers)
+    lead = Explanation.of(state.lead)
+    trials = tested(lead, state.trials, state.cosines, state.baseline.best, search.workers)
     return dataclasses.replace(state, trials=tuple(trials))
 
 
 def _explained(state: _State, search: Search) -> _State:
-    """The explanations; found again if an effect of a pair fits better alone when started from the values of the pair."""
+    """The explanations; found again if an effect of a pair fits better alone when started from the values of the pair, or if
+    any effect alone then does as the pair does."""
     if state.lead is None:
         return state
-    explained = _best_explanation(state, state.lead, search)
-    if better := each_alone(explained.best, state.trials, state.baseline.best):
-        return _explained(dataclasses.replace(state, trials=tuple(better)), search)
+    explained, baseline = _best_explanation(state, state.lead, search), state.baseline.best
+    if len(explained.best.applied) > 1:
+        better = each_alone(explained.best, state.trials, baseline)
+        better = better or alone_in_place_of(explained.best, state.trials, baseline, search)
+        if better:
+            return _explained(dataclasses.replace(state, trials=tuple(better)), search)
     return dataclasses.replace(state, explained=explained)
 
 
@@ -290,10 +296,12 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> _Explained:
 
     def best_of(pairs: Sequence[Explanation]) -> list[Explanation]:
         limit = alone.best.delta_bic + NEAR
-        return [pair for pair in pairs if pair.p < level and pair.delta_bic > limit][:MAX_TESTED]
+        able = [pair for pair in pairs if pair.p < level and pair.delta_bic > limit and pair.has_sizes]
+        return able[:MAX_TESTED]
 
     if best := best_of(pairs):
         others = alternatives(best[0], significant, search, len(significant) * (len(trials) - 1))
+        others += pairs_in_place_of(best[0], trials, [*pairs, *others], state.baseline.best, search)
         pairs = ranked_explanations([*pairs, *others])
     for pair in best_of(pairs):
         found = _with_near(pair, pairs, search.rng)
@@ -305,7 +313,8 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> _Explained:
 def _with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.Generator) -> _Explained:
     """An explanation, polished, and others that explain the data about as well."""
     fit = stable_fit(polished(best.fit), best.fit.point.theta)
-    near = [each for each in others if each.is_near(best) and not each.is_same(best)]
+    able = [each for each in others if len(each.applied) == 1 or each.has_sizes]
+    near = [each for each in able if each.is_near(best) and not each.is_same(best)]
     return _Explained(fit_quality(fit, rng), (dataclasses.replace(best, fit=fit), *near))
 
 
@@ -346,7 +355,9 @@ def _concluded(state: _State, left_out: Mapping[str, str], search: Search) -> Di
         best_quality=best_quality,
         predictive_gain=gain,
         split=split,
-        collinearity={} if state.lead is None else collinearities(state.lead, state.trials, state.cosines),
+        collinearity={}
+        if state.lead is None
+        else collinearities(Explanation.of(state.lead), state.trials, state.cosines),
         detectable=detectable,
         level=state.criteria.level,
         interval_level=state.criteria.interval_level,
