@@ -20,7 +20,7 @@ from ksmea.show.charts.ranking_chart import ranking_chart
 from ksmea.show.charts.response_charts import bode_chart
 from ksmea.show.charts.responses import of_diagnosis
 from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
-from ksmea.show.location_words import in_short
+from ksmea.show.location_words import in_short, over_the_shaft
 from ksmea.show.text import (
     aligned,
     data_words,
@@ -278,7 +278,7 @@ def _location(record: DiagnosisRecord) -> str:
         said = f"an unknown {in_short(found)} explains the data too"
     else:
         said = (
-            "something unknown at most places explains the data too"
+            f"something unknown explains the data too, {over_the_shaft(found)}"
             if found.sites
             else "nothing at one place explains the data"
         )

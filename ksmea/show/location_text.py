@@ -24,7 +24,7 @@ from ksmea.records.location import (
 )
 from ksmea.show.charts.location_chart import location_chart
 from ksmea.show.charts.picture import drawn
-from ksmea.show.location_words import landmarks, law_words, place, spread
+from ksmea.show.location_words import landmarks, law_words, over_the_shaft, place, spread
 from ksmea.show.text import aligned, gain_lines, in_columns, noise_level, number, of_chances, value_and_ends
 from ksmea.units import MICROMETRE, RPM
 
@@ -119,9 +119,9 @@ def where(record: LocationRecord) -> str:
     if len(quantities) > 1:
         lines.append("These data do not tell which of them it is.")
     if record.is_spread:
-        law = "; if it is at one, the law below tells which" if record.law is not None else ""
         lines.append(
-            f"So many places do that a cause which is spread along the shaft is as likely as one at a place{law}."
+            f"Its cause is {over_the_shaft(record)}: damping or stiffness of the whole shaft is as likely as something at one"
+            " place."
         )
     return "\n".join([*lines, "", _table(record, record.sites)])
 

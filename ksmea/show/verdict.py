@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.show.location_words import in_short
+from ksmea.show.location_words import in_short, over_the_shaft
 
 
 def verdict_line(record: DiagnosisRecord) -> str:
@@ -23,6 +23,8 @@ def headline(record: DiagnosisRecord) -> str:
 def _verdict(record: DiagnosisRecord) -> str:
     if record.verdict == "located" and record.location is not None:
         return f"Verdict: located – an unknown {in_short(record.location)}"
+    if record.verdict == "unknown" and record.location is not None and record.location.is_spread:
+        return f"Verdict: unknown – {over_the_shaft(record.location)}"
     return f"Verdict: {record.verdict}" + (f" – {applied(record)}" if record.is_explained else "")
 
 
