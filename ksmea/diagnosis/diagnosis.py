@@ -24,15 +24,16 @@ p-values are corrected for their number.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
 from ksmea.diagnosis.equivalents import alone_in_place_of, pairs_in_place_of
+from ksmea.diagnosis.explained import Explained, by_weight, led_by, with_near
 from ksmea.diagnosis.further_measurement import Split, best_split
-from ksmea.diagnosis.model_averaging import Averaged, averaged
+from ksmea.diagnosis.model_averaging import Averaged, averaged, heaviest
 from ksmea.diagnosis.observability import Detectable, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
 from ksmea.diagnosis.rivals import Cosines, collinearities, cosines_with, tested
@@ -62,7 +63,7 @@ from ksmea.fits.lack_of_fit import (
     with_noise_as_left,
 )
 from ksmea.fits.search import Search
-from ksmea.fits.stable_fits import settled_stable, stable_fit
+from ksmea.fits.stable_fits import settled_stable
 from ksmea.inference.intervals import LOWER, Estimate
 from ksmea.inference.maximisation import maximise, with_best_noise
 from ksmea.numerics.parallel import Workers
@@ -157,22 +158,6 @@ def diagnose(
 
 
 @dataclass(frozen=True)
-class _Explained:
-    """The best effect or pair of effects, then all others that explain the data about as well."""
-
-    quality: FitQuality
-    near: tuple[Explanation, ...]
-
-    @property
-    def best(self) -> Explanation:
-        return self.near[0]
-
-    @property
-    def is_ambiguous(self) -> bool:
-        return any(each.names != self.best.names for each in self.near)
-
-
-@dataclass(frozen=True)
 class _State:
     """Results up to a step: fits of the baseline model and their quality, the trials of all candidates, the baseline fit with its
     intervals, the cosines of candidates with the trial `led_by`, and the explanations."""
@@ -185,7 +170,7 @@ class _State:
     settled: tuple[Fit, Estimate] | None = None
     cosines: Cosines = field(default_factory=dict)
     led_by: Trial | None = None
-    explained: _Explained | None = None
+    explained: Explained | None = None
 
     @property
     def level(self) -> float:
@@ -282,14 +267,14 @@ def _explained(state: _State, search: Search) -> _State:
         better = better or alone_in_place_of(explained.best, state.trials, baseline, search)
         if better:
             return _explained(dataclasses.replace(state, trials=tuple(better)), search)
-    return dataclasses.replace(state, explained=explained)
+    return dataclasses.replace(state, explained=by_weight(explained, state.level, search.rng))
 
 
-def _best_explanation(state: _State, lead: Trial, search: Search) -> _Explained:
+def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
     """The best pair of effects if its second one is significant, or if the residuals of the best effect are more than noise and
     the residuals of the pair are not; else the best effect."""
     level, trials, significant = state.level, state.trials, state.significant
-    alone = _with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
+    alone = with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
     leaves_noise = alone.quality.p >= level
     firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
     pairs = pairs_beside(firsts, trials, state.baseline, search, is_scanned=not leaves_noise)
@@ -304,22 +289,17 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> _Explained:
         others += pairs_in_place_of(best[0], trials, [*pairs, *others], state.baseline.best, search)
         pairs = ranked_explanations([*pairs, *others])
     for pair in best_of(pairs):
-        found = _with_near(pair, pairs, search.rng)
+        found = with_near(pair, pairs, search.rng)
         if found.quality.p >= level:
             return found
     return alone
 
 
-def _with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.Generator) -> _Explained:
-    """An explanation, polished, and others that explain the data about as well."""
-    fit = stable_fit(polished(best.fit), best.fit.point.theta)
-    able = [each for each in others if len(each.applied) == 1 or each.has_sizes]
-    near = [each for each in able if each.is_near(best) and not each.is_same(best)]
-    return _Explained(fit_quality(fit, rng), (dataclasses.replace(best, fit=fit), *near))
-
-
-def _concluded(state: _State, left_out: Mapping[str, str], search: Search) -> Diagnosis:
-    """The diagnosis that a last state comes to."""
+def _concluded(
+    state: _State, left_out: Mapping[str, str], search: Search, *, is_first: bool = True
+) -> Diagnosis:
+    """The diagnosis that a last state comes to; once again with another explanation in the lead, if intervals show that it has clearly
+    most of the weight."""
     explained, workers = state.explained, search.workers
     assert state.settled is not None, "a state that is not the last one"
     baseline, baseline_estimate = state.settled
@@ -336,6 +316,9 @@ def _concluded(state: _State, left_out: Mapping[str, str], search: Search) -> Di
     mean = split = gain = None
     if best is not None and best_estimate is not None and len(accepted) > 1 and search.effort.average:
         mean = averaged(accepted, best, best_estimate, d, state.criteria.interval_level, workers)
+        if is_first and (index := heaviest([each.names for each in mean.explanations], mean.weights)):
+            other = dataclasses.replace(state, explained=led_by(index, accepted, search.rng))
+            return _concluded(other, left_out, search, is_first=False)
     if best is not None:
         gain = predictive_gain(baseline, best, state.criteria.n_block, workers)
     if verdict == "ambiguous" and search.effort.split:  # of each explanation the best location
