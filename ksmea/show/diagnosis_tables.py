@@ -8,13 +8,13 @@ import pandas as pd
 
 from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord
-from ksmea.show.text import of_chances, value_and_ends, with_ends
+from ksmea.show.text import number, of_chances, value_and_ends, with_ends
 
 
-def ranking_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
+def ranking_table(trials: Sequence[TrialRecord], *, with_intervals: bool = True) -> pd.DataFrame:
     """A row per effect at a location, with the sizes of its unknowns."""
-    head = ["effect", "location", "ΔBIC", "p", "size"]
-    return pd.DataFrame([[*_evidence(each), ", ".join(map(sized, each.parameters))] for each in trials], columns=head)
+    head, shown = ["effect", "location", "ΔBIC", "p", "size"], sized if with_intervals else _about
+    return pd.DataFrame([[*_evidence(each), ", ".join(map(shown, each.parameters))] for each in trials], columns=head)
 
 
 def trials_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
@@ -62,6 +62,12 @@ def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
     return pd.DataFrame(columns | {"unit": [_unit(row.before, row.after) for row in record.coefficients]})
 
 
+def rejected_table(record: DiagnosisRecord) -> pd.DataFrame:
+    """Every unknown of the model as given, without its interval."""
+    own = [row.before for row in record.coefficients if row.before is not None]
+    return pd.DataFrame([[each.name, number(each.value), each.unit] for each in own], columns=["unknown", "value", "unit"])
+
+
 def averaged_values(record: DiagnosisRecord) -> dict[str, EstimateRecord]:
     """Unknowns averaged over all explanations, by name; empty where there is one."""
     return {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
@@ -70,6 +76,11 @@ def averaged_values(record: DiagnosisRecord) -> dict[str, EstimateRecord]:
 def sized(part: EstimateRecord) -> str:
     """For example 'mass 1.20 [1.10, 1.30] kg'."""
     return f"{part.name} {_cell(part)} {part.unit}"
+
+
+def _about(part: EstimateRecord) -> str:
+    """For example 'mass 1.2 kg'."""
+    return f"{part.name} {number(part.value, 3)} {part.unit}"
 
 
 def _evidence(trial: TrialRecord) -> list[str]:

@@ -19,7 +19,7 @@ from ksmea.show.charts.picture import drawn
 from ksmea.show.charts.ranking_chart import ranking_chart
 from ksmea.show.charts.response_charts import bode_chart
 from ksmea.show.charts.responses import of_diagnosis
-from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
+from ksmea.show.diagnosis_tables import averaged_values, ranking_table, rejected_table, unknowns_table
 from ksmea.show.location_words import in_short, over_the_shaft
 from ksmea.show.text import (
     aligned,
@@ -55,7 +55,9 @@ def text(record: DiagnosisRecord) -> str:
         _unknowns(record),
         inputs_text.text(record.inputs),
         _cause(record),
+        *_values_beside(record),
         _predictive_gain(record),
+        _values_of_rejected(record),
         _location(record),
         _detectable(record),
         "\n".join(stability_text(record.stability)),
@@ -271,7 +273,9 @@ def _location(record: DiagnosisRecord) -> str:
     if found is None:
         return ""
     if not record.is_explained:
-        return "Without the library:\n" + "\n\n".join([*location_text.findings(found), *why_without(record)])
+        values = [] if record.verdict == "located" else location_text.coefficients(found)
+        findings = [*location_text.findings_without_values(found), *values]
+        return "Without the library:\n" + "\n\n".join(findings)
     if found.kind == NOTHING:
         said = "nothing is missing in the model"
     elif found.is_local:
@@ -282,7 +286,8 @@ def _location(record: DiagnosisRecord) -> str:
             if found.sites
             else "nothing at one place explains the data"
         )
-    return "\n".join([f"Without the library: {said}.", *location_text.coefficients(found), *why_without(record)])
+    values = [] if _values_beside(record) else location_text.coefficients(found)
+    return "\n".join([f"Without the library: {said}.", *values, *why_without(record)])
 
 
 def why_without(record: DiagnosisRecord) -> list[str]:
@@ -309,20 +314,41 @@ def _listed(record: DiagnosisRecord) -> list[TrialRecord]:
 
 
 def _ranking(record: DiagnosisRecord) -> str:
-    """The highest-ranked effects with their evidence."""
+    """The highest-ranked effects with their evidence; intervals of their sizes only if a model is believed."""
     if not record.ranking:
         return ""
-    table = in_columns(ranking_table(_listed(record)))
+    table = in_columns(ranking_table(_listed(record), with_intervals=not is_rejected(record)))
     if record.verdict != "adequate":
         return table
     return f"The model explains the data. The effects that come nearest to being needed:\n{table}"
 
 
+def is_rejected(record: DiagnosisRecord) -> bool:
+    """Whether neither the model as given nor one with effects is believed."""
+    return record.verdict in ("unknown", "located")
+
+
+def _values_beside(record: DiagnosisRecord) -> list[str]:
+    """Unknowns beside something unknown, which hold whatever its cause: of a cause that is located, or ambiguous."""
+    if record.location is None or record.verdict not in ("located", "ambiguous") or not record.location.is_local:
+        return []
+    return [f"Values whatever the cause is:\n{table}" for table in location_text.coefficients(record.location)]
+
+
+def _values_of_rejected(record: DiagnosisRecord) -> str:
+    """Unknowns of the model as given where it is rejected and nothing explains the data: without intervals, which a wrong model
+    does not have."""
+    if record.verdict != "unknown" or (record.location is not None and record.location.force is not None):
+        return ""  # values beside what is unknown stand with the location
+    table = in_columns(rejected_table(record))
+    return f"Values of the model as given, which is rejected; no interval holds for them:\n{table}" if table else ""
+
+
 def _predictive_gain(record: DiagnosisRecord) -> str:
     gain = record.predictive_gain
-    if gain is None:
+    if gain is None or not record.is_explained:
         return ""
-    meaning = [_not_confirmed(record)] if record.is_explained and not gain.is_supported else []
+    meaning = [] if gain.is_supported else [_not_confirmed(record)]
     return "\n".join([*gain_lines(gain), *meaning, "", *_weights(record), in_columns(unknowns_table(record))])
 
 

@@ -53,9 +53,13 @@ def text(record: LocationRecord) -> str:
 def findings(record: LocationRecord) -> list[str]:
     """Paragraphs on where something acts, what it does, which law it follows, what that is worth, and the unknowns beside
     it."""
+    return [*findings_without_values(record), *coefficients(record)]
+
+
+def findings_without_values(record: LocationRecord) -> list[str]:
+    """The same without the unknowns."""
     gain = "" if record.predictive_gain is None else "\n".join(gain_lines(record.predictive_gain))
-    blocks = [where(record), _what_it_does(record), _laws(record), gain, *coefficients(record)]
-    return [block for block in blocks if block]
+    return [block for block in (where(record), _what_it_does(record), _laws(record), gain) if block]
 
 
 def about_extension(record: LocationRecord) -> list[str]:
@@ -267,15 +271,23 @@ def why_without(others: str, trusted: str = OVER_SITES) -> str:
 
 
 def coefficients(record: LocationRecord) -> list[str]:
-    """The table of unknowns without and beside what is unknown; empty where nothing is."""
+    """The table of unknowns beside what is unknown and without it; empty where nothing is. Intervals are shown only if it is located:
+    what is spread over the shaft no force at one place stands for."""
     if record.force is None:
         return []
+    level = f"{100 * record.interval_level:g} %"
+    if record.is_spread:
+        head, parts = ["unknown", "unit", "beside it", "without"], slice(0, 1)
+    else:
+        head, parts = ["unknown", "unit", "beside it", level, f"{level} over all sites", "without"], slice(None)
     lines = [
-        [each.name, each.plain.unit, number(each.plain.value), *_interval(each.best), *_interval(each.over_sites)[1:]]
+        [
+            *(each.name, each.plain.unit),
+            *[*_interval(each.best), *_interval(each.over_sites)[1:]][parts],
+            number(each.plain.value),
+        ]
         for each in record.coefficients
     ]
-    level = f"{100 * record.interval_level:g} %"
-    head = ["unknown", "unit", "without", "beside it", level, f"{level} over all sites"]
     return [aligned(head, lines)]
 
 
