@@ -127,9 +127,13 @@ class Criteria:
 
 
 def diagnose(
-    case: Case, effects: Mapping[str, AnyEffect], search: Search, criteria: Criteria = Criteria()
+    case: Case,
+    effects: Mapping[str, AnyEffect],
+    search: Search,
+    criteria: Criteria = Criteria(),
+    baseline: BaselineFits | None = None,
 ) -> Diagnosis:
-    """Diagnose a measurement with a library of effects; without any, only test the fit.
+    """Diagnose a measurement with a library of effects; without any, only test the fit. The baseline model's fits may be given.
 
     Stated noise is kept unless its size is the only evidence against a model (`ksmea.fits.lack_of_fit`): then the fits use noise
     as large as the residuals of that model.
@@ -137,7 +141,7 @@ def diagnose(
     found, left_out = candidates_and_left_out(case.problem.joint, effects)
     if effects and not found:
         raise ValueError(f"diagnosis: {none_located(effects)}")
-    baseline = joint_baseline(fit_baseline(case, search))
+    baseline = baseline or joint_baseline(fit_baseline(case, search))
     search.workers.progress()
 
     def by(fits: BaselineFits) -> Diagnosis:

@@ -230,13 +230,24 @@ class LocationRecord(Record):
         return self.share(FORCE, MOMENT, LATERAL)
 
     @property
+    def is_anywhere(self) -> bool:
+        """Whether something unknown explains the data at most of what was tried."""
+        return len(self.sites) > MAX_SHARE * len(self.candidates)
+
+    @property
     def is_spread(self) -> bool:
         """Whether something unknown explains the data at so many places that none of them is where it acts: what acts all along the
-        shaft is often done as well by a force at most places and a moment at others."""
-        if len(self.sites) > MAX_SHARE * len(self.candidates):
-            return True
+        shaft is often done as well by a force at most places and a moment at others. Fewer than most may be told apart by a law that
+        holds at few of them alone."""
         places = {each.position for each in self.sites if each.kind in (FORCE, MOMENT, LATERAL)}
-        return len(places) >= FEWEST_SPREAD and self.share_of_places >= MAX_PLACES
+        if self.is_anywhere or len(places) < FEWEST_SPREAD or self.share_of_places < MAX_PLACES:
+            return self.is_anywhere
+        of_law = {each.position for each in self.law_class}
+        return not of_law or self.share_of_places > MAX_SHARE or len(of_law) >= MAX_PLACES * self._n_place
+
+    @property
+    def _n_place(self) -> int:
+        return len({each.position for each in self.candidates if each.kind in (FORCE, MOMENT, LATERAL)})
 
     @property
     def is_local(self) -> bool:

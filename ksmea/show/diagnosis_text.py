@@ -208,6 +208,9 @@ def believed_noise(record: DiagnosisRecord) -> NoiseLevelRecord:
 def _cause(record: DiagnosisRecord) -> str:
     names = applied(record)
     lines = [verdict_line(record), *_locations(record)]
+    if record.verdict == "misread":
+        said = f"{record.reading[0].upper()}{record.reading[1:]}. All that stands here is of data read so."
+        return "\n\n".join([f"{verdict_line(record)}\n{said}", in_columns(unknowns_table(record))])
     if record.verdict == "located":
         lines = [verdict_line(record), *_not_in_library(record, names)]
     if record.verdict == "ambiguous":
@@ -278,7 +281,7 @@ def _location(record: DiagnosisRecord) -> str:
         return "Without the library:\n" + "\n\n".join(findings)
     if found.kind == NOTHING:
         said = "nothing is missing in the model"
-    elif found.is_local:
+    elif found.sites and not found.is_anywhere:
         said = f"an unknown {in_short(found)} explains the data too"
     else:
         said = (

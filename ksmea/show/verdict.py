@@ -23,6 +23,8 @@ def headline(record: DiagnosisRecord) -> str:
 def _verdict(record: DiagnosisRecord) -> str:
     if record.verdict == "located" and record.location is not None:
         return f"Verdict: located – an unknown {in_short(record.location)}"
+    if record.verdict == "misread":
+        return f"Verdict: misread – {record.reading.split(':')[0]}"
     if record.verdict == "unknown" and record.location is not None and record.location.is_spread:
         return f"Verdict: unknown – {over_the_shaft(record.location)}"
     return f"Verdict: {record.verdict}" + (f" – {applied(record)}" if record.is_explained else "")

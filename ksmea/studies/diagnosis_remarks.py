@@ -1,4 +1,5 @@
-"""Remarks of a diagnosis: on noise that was stated too small or too large, and on the rate of a sweep.
+"""Remarks of a diagnosis: on noise that was stated too small or too large, on the rate of a sweep, on names that a location
+contradicts, and on data that look misread.
 
 A rate that a diagnosis finds is compared with the one that times or rows give, which the fit has not used.
 """
@@ -7,10 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.diagnosis.diagnosis import Diagnosis
+from ksmea.fits.fitting import Fit
 from ksmea.fits.lack_of_fit import is_stated_too_large
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
+from ksmea.problem.problem import Problem
+from ksmea.records.location import LocationRecord
+from ksmea.studies.misreadings import Misread, slips
 from ksmea.units import RPM
 
 
@@ -60,3 +66,36 @@ def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, 
     verdict = "they agree" if agree else "they disagree, as where the model lacks something besides the sweep"
     fitted = f"{rate / RPM:.3g} [{interval.low / RPM:.3g}, {interval.high / RPM:.3g}]"
     return (*said, f"{given} {history.rate / RPM:.3g} rpm/s, the fit {fitted} rpm/s: {verdict}")
+
+
+def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
+    """A remark for each effect that is named and acts at a place, where something unknown is found at others alone."""
+    if not found.named or not where.is_local:
+        return ()
+    said = []
+    for candidate in found.applied:
+        places = candidate.effect.places(found.baseline.problem.machine)
+        if places and not any(where.accepts(place) for place in places):
+            at = ", ".join(f"{site.kind} at {site.position:g} m" for site in where.sites)
+            said.append(
+                f"{candidate.name} is named, which acts at {', '.join(f'{place:g} m' for place in places)}, but without the"
+                f" library something unknown is found elsewhere: {at}; doubt the name, or a second cause is hidden"
+            )
+    return tuple(said)
+
+
+def slips_of(found: Diagnosis, problem: Problem, reading: Misread | None) -> tuple[str, ...]:
+    """Remarks on data that look misread, which they do not where an effect explains them."""
+    fit, quality = found.baseline, found.baseline_quality
+    if found.named and found.best is not None and found.best_quality is not None:
+        fit, quality = found.best, found.best_quality
+    case, rejected = found.baseline.case.by(problem), quality.p < found.level / 2
+    x = own_values(fit, problem)
+    if reading is not None and rejected:
+        return (str(reading),)
+    return slips(case, x)
+
+
+def own_values(fit: Fit, problem: Problem) -> Array:
+    """Values (d,) SI of a problem's own unknowns in a fit that may have further ones."""
+    return fit.x[[fit.problem.parameters.names.index(name) for name in problem.parameters.names]]

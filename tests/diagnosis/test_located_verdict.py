@@ -12,7 +12,8 @@ from ksmea.errors import SettingError
 from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.show.diagnosis_text import about_extension, text, why_without
-from ksmea.studies.diagnose import DiagnosisOptions, diagnosis, disagreements
+from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
+from ksmea.studies.diagnosis_remarks import disagreements
 from ksmea.studies.library import library
 from tests.diagnosis.conftest import TRUTH, registered_effects
 
