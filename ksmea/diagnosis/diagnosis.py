@@ -24,7 +24,7 @@ p-values are corrected for their number.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -66,9 +66,12 @@ from ksmea.fits.search import Search
 from ksmea.fits.stable_fits import settled_stable
 from ksmea.inference.intervals import LOWER, Estimate
 from ksmea.inference.maximisation import maximise, with_best_noise
+from ksmea.location.location import Location
 from ksmea.numerics.parallel import Workers
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.case import Case
+
+Locate = Callable[[Case], Location]
 
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
 NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby
@@ -132,8 +135,10 @@ def diagnose(
     search: Search,
     criteria: Criteria = Criteria(),
     baseline: BaselineFits | None = None,
+    locate: Locate | None = None,
 ) -> Diagnosis:
-    """Diagnose a measurement with a library of effects; without any, only test the fit. The baseline model's fits may be given.
+    """Diagnose a measurement with a library of effects; without any, only test the fit. The baseline model's fits may be given, and
+    what locates the cause without the library: where it finds a place, no pairs of effects elsewhere are sought.
 
     Stated noise is kept unless its size is the only evidence against a model (`ksmea.fits.lack_of_fit`): then the fits use noise
     as large as the residuals of that model.
@@ -145,7 +150,7 @@ def diagnose(
     search.workers.progress()
 
     def by(fits: BaselineFits) -> Diagnosis:
-        return _concluded(_last_state(fits, found, search, criteria), left_out, search)
+        return _concluded(_last_state(fits, found, search, criteria, locate), left_out, search)
 
     half, rng = criteria.half, search.rng
     other_noise = with_noise_as_left(baseline, half, rng.spawn(1)[0])
@@ -171,6 +176,7 @@ class _State:
     baseline: BaselineFits
     quality: FitQuality
     trials: tuple[Trial, ...]
+    locate: Locate | None = None
     settled: tuple[Fit, Estimate] | None = None
     cosines: Cosines = field(default_factory=dict)
     led_by: Trial | None = None
@@ -195,14 +201,16 @@ class _State:
         return self.quality.p < self.level or bool(self.significant)
 
 
-def _last_state(baseline: BaselineFits, found: Sequence[Candidate], search: Search, criteria: Criteria) -> _State:
+def _last_state(
+    baseline: BaselineFits, found: Sequence[Candidate], search: Search, criteria: Criteria, locate: Locate | None
+) -> _State:
     """The state after all steps, which start again from any better fit of the baseline model that one of them finds."""
     quality, trials = fit_quality(baseline.best, search.rng), fitted(baseline.best, found, search)
-    state = _State(criteria, tuple(found), baseline, quality, tuple(trials))
+    state = _State(criteria, tuple(found), baseline, quality, tuple(trials), locate)
     for step in (_moved, _refined, _moved, _settled, _collinear, _rivals_tested, _explained, _collinear):
         state = step(state, search)
         if state.baseline is not baseline:
-            return _last_state(state.baseline, found, search, criteria)
+            return _last_state(state.baseline, found, search, criteria, locate)
     return state
 
 
@@ -280,6 +288,10 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
     level, trials, significant = state.level, state.trials, state.significant
     alone = with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
     leaves_noise = alone.quality.p >= level
+    if not leaves_noise and state.locate is not None:
+        found = state.locate(state.baseline.best.case)
+        trials = _acting_where(found, trials, state.baseline.best)
+        significant = [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
     firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
     pairs = pairs_beside(firsts, trials, state.baseline, search, is_scanned=not leaves_noise)
 
@@ -297,6 +309,15 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
         if found.quality.p >= level:
             return found
     return alone
+
+
+def _acting_where(found: Location, trials: Sequence[Trial], baseline: Fit) -> Sequence[Trial]:
+    """The trials of effects that act at the place of a sharp location alone; all where it is none."""
+    if not found.is_sharp:
+        return trials
+    machine = baseline.problem.machine
+    places = [trial.candidate.effect.places(machine) for trial in trials]
+    return [trial for trial, at in zip(trials, places) if len(at) and all(map(found.accepts, at))]
 
 
 def _concluded(

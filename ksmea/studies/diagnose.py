@@ -48,7 +48,7 @@ from ksmea.studies.diagnosis_remarks import disagreements, own_values, slips_of,
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.inputs import input_records
-from ksmea.studies.locate import LocationOptions, location
+from ksmea.studies.locate import Located, LocationOptions, location
 from ksmea.studies.misreadings import Misread, misread
 from ksmea.studies.remarks import campaign_remarks, refuse_differences
 from ksmea.studies.stability import stability_of
@@ -158,16 +158,23 @@ def diagnosis(
     reading = _misread(baseline, case, search, options.criteria) if report.details else None
     if reading is not None and (record := _read_otherwise(reading, case.problem, search, options, report)) is not None:
         return record
-    found = diagnose(case, effects, search, options.criteria, baseline)
+    is_locatable = options.locate and not missing_to_locate(case.problem, case.measurement.kind)
+    locate = Located(rng, options.location, workers) if is_locatable else None
+    found = diagnose(case, effects, search, options.criteria, baseline, locate)
     stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
     problem = case.problem
     remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated)
     record = diagnosis_record(found, fine=report.fine)
     case = found.baseline.case  # with the noise that it goes by
-    if options.locate and record.verdict in WRONG and not missing_to_locate(case.problem, case.measurement.kind):
-        with_laws = record.verdict == "unknown"
+    if locate is not None and record.verdict in WRONG:
         where = location(
-            case, rng, options=options.location, baseline=found.baseline, with_laws=with_laws, workers=workers
+            case,
+            rng,
+            options=options.location,
+            baseline=found.baseline,
+            with_laws=record.verdict == "unknown",
+            workers=workers,
+            found=locate(case),
         )
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
