@@ -40,6 +40,8 @@ REPETITIONS = {  # of others than tables
     "diagnosis_without": 6,
     "diagnosis_nulls": 300,
     "diagnosis_effects": 20,
+    "diagnosis_effects_drawn": 1,
+    "diagnosis_nulls_drawn": 1,
     "diagnosis_further": 20,
     "diagnosis_power": 2,
     "diagnosis_pairs": 2,
@@ -51,6 +53,8 @@ NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={RUN_UP}"],
     "contest": ["problem.instance=0"],  # others are alike
     "diagnosis_power": ["measurement.hidden=[mass]"],  # so are other effects: 1000 cells take ten seconds
+    "diagnosis_effects_drawn": ["problem.family=overhung", "measurement.hidden=[mass]"],  # others are alike
+    "diagnosis_nulls_drawn": ["problem.family=overhung", "problem.instance=0"],
     "balance": ["measurement=campaign", f"measurement.path={EXAMPLES / 'balancing.yaml'}"],
     "diagnose": ["measurement.relative=0.1"],
     "locate": ["measurement.relative=0.1", "measurement.kind=complex", "problem.sensors=[0.1,0.5]"],
