@@ -1,22 +1,34 @@
-"""Remarks of a diagnosis: on noise that was stated too small or too large, on the rate of a sweep, on names that a location
-contradicts, and on data that look misread.
+"""Remarks and statements of a diagnosis: on noise stated too small or too large, on the rate of a sweep, on names that a location
+contradicts, on data that look misread, and on each effect.
 
-A rate that a diagnosis finds is compared with the one that times or rows give, which the fit has not used.
+A rate that a diagnosis finds is compared with the one that times or rows give, which the fit has not used. A statement says where an
+effect acts and how much of it there is, at its fitted sizes (`ksmea.records.statement`).
 """
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import Any
+
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.diagnosis.diagnosis import Diagnosis
+from ksmea.diagnosis.diagnosis import Criteria, Diagnosis
+from ksmea.diagnosis.trials import Candidate
 from ksmea.fits.fitting import Fit
-from ksmea.fits.lack_of_fit import is_stated_too_large
+from ksmea.fits.lack_of_fit import fit_quality, is_size_alone, is_stated_too_large
+from ksmea.inference.intervals import Estimate
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
+from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
+from ksmea.records.estimate import EstimateRecord
+from ksmea.records.extension import EffectRecord
 from ksmea.records.location import LocationRecord
-from ksmea.studies.misreadings import Misread, slips
+from ksmea.records.statement import StatementRecord, of_unknowns
+from ksmea.studies.enough_data import estimate_record
+from ksmea.studies.misreadings import Misread, misread, slips
 from ksmea.units import RPM
 
 
@@ -84,6 +96,13 @@ def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
     return tuple(said)
 
 
+def reading_of(fit: Fit, case: Case, rng: np.random.Generator, criteria: Criteria) -> Misread | None:
+    """The readings of the data that fit decisively better than the baseline model's fit does as the data were read."""
+    quality = fit_quality(fit, rng.spawn(1)[0])
+    rejected = quality.p < criteria.half and not is_size_alone(quality, criteria.half)
+    return misread(case, own_values(fit, case.problem), fit.noise, rejected=rejected)
+
+
 def slips_of(found: Diagnosis, problem: Problem, reading: Misread | None) -> tuple[str, ...]:
     """Remarks on data that look misread, which they do not where an effect explains them."""
     fit, quality = found.baseline, found.baseline_quality
@@ -99,3 +118,35 @@ def slips_of(found: Diagnosis, problem: Problem, reading: Misread | None) -> tup
 def own_values(fit: Fit, problem: Problem) -> Array:
     """Values (d,) SI of a problem's own unknowns in a fit that may have further ones."""
     return fit.x[[fit.problem.parameters.names.index(name) for name in problem.parameters.names]]
+
+
+def stated_effects(applied: Sequence[Candidate], fit: Fit, estimated: Estimate) -> Iterator[EffectRecord]:
+    """Each effect of a fit, whose unknowns are the last ones, with what is said of it."""
+    counts = [len(each.effect.parameters(fit.problem.machine)) for each in applied]
+    first = fit.likelihood.d - sum(counts)
+    for candidate, count in zip(applied, counts):
+        yield effect_record(candidate, _statement(candidate, fit, estimated, range(first, first + count)))
+        first += count
+
+
+def effect_record(candidate: Candidate, statement: StatementRecord | None = None) -> EffectRecord:
+    effect: Any = candidate.effect  # effects are frozen dataclasses of settings
+    return EffectRecord(candidate.name, str(effect), dataclasses.asdict(effect), statement)
+
+
+def _statement(candidate: Candidate, fit: Fit, estimated: Estimate, own: range) -> StatementRecord:
+    estimates = {each.name: each for each in (estimated_record(fit, estimated, index) for index in own)}
+    return candidate.effect.statement(of_unknowns(estimates, _correlation(estimated.point.whitened, own)))
+
+
+def estimated_record(fit: Fit, estimated: Estimate, index: int) -> EstimateRecord:
+    return estimate_record(
+        fit.problem.parameters.items[index], float(estimated.x[index]), estimated.intervals[index]
+    )
+
+
+def _correlation(whitened: Array, own: range) -> Array:
+    """Correlation (e, e) of the errors of unknowns, from sensitivities (m, p) of all."""
+    covariance = np.linalg.pinv(whitened.T @ whitened)[np.ix_(own, own)]
+    sd = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    return np.asarray(np.clip(covariance / np.outer(sd, sd), -1.0, 1.0))
