@@ -41,6 +41,7 @@ from ksmea.measurement.campaign import Campaign, Run
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.measurement.notation import of_text
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.settings.document import Block, inside
 from ksmea.settings.settings import setting
@@ -133,6 +134,7 @@ class CampaignFile(MeasurementSource):
             phase_known=False,
             campaign=self._campaign,
             time=np.concatenate(times) if len(times) == len(self._runs) else None,
+            notation=of_text(self._contents[self._document.runs[0].file].decode("utf-8-sig", "replace")),
         )
 
     @property

@@ -44,6 +44,7 @@ from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.measurement.notation import Notation, of_text
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.settings.settings import setting
 from measurements.common_speeds import averaged
@@ -123,6 +124,11 @@ class File(Answers, MeasurementSource):
         return (*self._prepared[1], *self._run_up.remarks, *alone)
 
     @property
+    def notation(self) -> Notation:
+        """Units, detection, sign of phases and names of probes of the file."""
+        return self._read_rows[3]
+
+    @property
     def used_rows(self) -> Rows:
         """The rows that make the measurement, in the order of the file."""
         return rows_at(self._prepared[0], sorted(self._run_up.order.reshape(-1).tolist()))
@@ -148,6 +154,7 @@ class File(Answers, MeasurementSource):
             name,
             phase_known=False,
             history=run_up.history,
+            notation=self.notation,
         )
 
     @classmethod
@@ -168,20 +175,20 @@ class File(Answers, MeasurementSource):
         return self._opened.content(MOST_BYTES if self.format == "waveform" else MAX_BYTES)
 
     @cached_property
-    def _read_rows(self) -> tuple[Rows, tuple[str, ...], bool]:
-        """The rows as they stand in the file, the remarks on them, and whether slow roll is subtracted there."""
+    def _read_rows(self) -> tuple[Rows, tuple[str, ...], bool, Notation]:
+        """The rows as they stand in the file, the remarks on them, whether slow roll is subtracted there, and its notation."""
         if self.format != OWN:
             return foreign_rows(self._opened, self)
         text = text_of(self._bytes, self.path)
         rows = rows_of(text, self.path)
         if self.phase == "none":
             rows = dataclasses.replace(rows, phase=None)
-        return rows, (), bool(HAS_NO_SLOW_ROLL.search(text))
+        return rows, (), bool(HAS_NO_SLOW_ROLL.search(text)), of_text(text)
 
     @cached_property
     def _prepared(self) -> tuple[Rows, tuple[str, ...]]:
         """The rows after all steps that the settings request, one after the other, and the remarks on these steps."""
-        rows, read_remarks, is_compensated = self._read_rows
+        rows, read_remarks, is_compensated, _ = self._read_rows
         remarks: list[str | None] = [*read_remarks]
         if self.sweep not in (None, ANY):
             rows, remark = rows_of_sweep(rows, str(self.sweep), self.path)

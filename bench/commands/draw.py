@@ -94,7 +94,7 @@ def _page(
     headline = f"{n_at_1x} critical speed{'s' * (n_at_1x != 1)} up to {found.highest / RPM:.0f} rpm"
     made_by = Section("Made by", (Command(command_line(["draw", *words])),))
     about = {"name": title, "study": STUDY, "when": time.strftime(WHEN), "headline": headline}
-    return document(title, headline, [*sections, made_by], about, files)
+    return document(title, Page(headline), [*sections, made_by], about, files)
 
 
 def rotor_sections(found: Rotordynamics) -> tuple[Section, ...]:

@@ -110,6 +110,12 @@ class Plan:
         str, ...
     ] = ()  # what is to be told beside all tables, such as that parts of other code were put together
 
+    @property
+    def units(self) -> str:
+        """Units that its command asks pages and texts to show; '': those of the measurement's file."""
+        said = [word.partition("=")[2].strip("'\"") for word in self.command if word.partition("=")[0] == "units"]
+        return said[-1] if said else ""
+
     def seeds(self, run: Run) -> dict[str, list[int]]:
         """Entropy of each component's `numpy.random.SeedSequence`."""
         return component_seeds(self.cells[run.cell].seed, run.repetition)

@@ -13,6 +13,7 @@ from ksmea.errors import SettingError, unknown
 from ksmea.measurement.campaign import Campaign
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
+from ksmea.measurement.notation import Notation
 from ksmea.measurement.observable import Observable
 from ksmea.measurement.speeds import SpeedHistory
 
@@ -63,7 +64,8 @@ class Measurement:
     nobody knows: the angle of the whole response is one more unknown then. What is measured at other harmonics than 1X has its
     phase: an amplitude of noise alone is never 0, which a Gaussian likelihood takes for a response (docs/diagnosis.md). Speeds of several runs stand one run after the
     other, as `campaign` says; without one they are those of one run. `history` says how the speed of that one went; None: not
-    known, or in steady states. `time` (n_speed,) is when each was measured, s from any origin; None if nobody says.
+    known, or in steady states. `time` (n_speed,) is when each was measured, s from any origin; None if nobody says. `notation` is how its own file
+    writes them.
     """
 
     speed: Array
@@ -75,6 +77,7 @@ class Measurement:
     campaign: Campaign | None = None
     history: SpeedHistory | None = None
     time: Array | None = None
+    notation: Notation = Notation()
 
     def __post_init__(self) -> None:
         expected = (len(self.speed), len(self.channels))

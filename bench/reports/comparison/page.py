@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bench.plan.page import Block, Command, Drawn, Prose, Section, Table
+from bench.plan.page import Block, Command, Drawn, Page, Prose, Section, Table
 from bench.reports.comparison.comparison import SAME_DATA, Comparison, unknowns_table
 from bench.reports.pages.document import document
 from bench.reports.pages.made_by import command_line
@@ -44,4 +44,4 @@ def comparison_page(comparison: Comparison) -> bytes:
         ),
     ]
     title = f"{first.name} and {second.name}"
-    return document(title, comparison.verdict, sections, {"comparison": [first.name, second.name]}, {})
+    return document(title, Page(comparison.verdict), sections, {"comparison": [first.name, second.name]}, {})
