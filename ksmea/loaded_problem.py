@@ -18,6 +18,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement.channel import Channel
+from ksmea.numerics.one_thread import one_blas_thread
 from ksmea.plugins import registry
 from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter, Parameters, middles
@@ -142,6 +143,7 @@ class LoadedProblem:
         if not given); 0: from rest, infinite: nowhere."""
         return self.problem.stability_threshold(self.x(values), float(self.speed.max()) if highest is None else highest)
 
+    @one_blas_thread
     def draw(self, values: Mapping[str, float] | None = None, **options: Any) -> RotorDrawing:
         """The rotor to scale, its Campbell diagram, critical speeds, stability, critical speed map and mode shapes. `options`
         are those of `python -m bench draw`: highest_rpm, speed_rpm, modes, harmonics … An unknown that has no value has the

@@ -13,6 +13,7 @@ from ksmea.units import SI_PER_UNIT
 
 PLAIN = Notation()
 READING, PROBES, LENGTH = "reading", "probes", "size"
+FULL_TURN = "360"  # rounded; as an angle it is 0
 WHOLE_DEGREES = 3.0  # of a half-width: an angle in a sentence has no decimals
 UNSAID = "whole rotor"  # a location that a sentence does not repeat
 ALONE = 3  # digits of a size without an interval
@@ -94,7 +95,8 @@ def _filled(statement: StatementRecord, name: str, form: str, notation: Notation
     said = f"−{said[1:]}" if said.startswith("-") else said
     if size.angle is None or form == LENGTH:
         return said + word
-    return f"{said} at {rounded(size.angle, max(size.angle_error or 0.0, WHOLE_DEGREES))}° {notation.phase}"
+    angle = rounded(size.angle, max(size.angle_error or 0.0, WHOLE_DEGREES))
+    return f"{said} at {'0' if angle == FULL_TURN else angle}° {notation.phase}"
 
 
 def _coarse(size: SizeRecord) -> float | None:
