@@ -59,7 +59,7 @@ def _plugin_text_or_why_not(group: str, name: str, problem: Problem) -> str:
 
 
 def plugin_text(group: str, name: str, problem: Problem) -> str:
-    """What a plugin is, where it comes from, and its settings; of an effect its unknowns on a problem too."""
+    """Description, origin and settings of a plugin; of an effect also its unknowns on a problem."""
     settings = registry.plugin_class(group, name)
     lines = [f"{group}={name}: {_summary(settings)} [{registry.origin(group, name)}]"]
     lines += [f"  {setting_line(f'{group}.{field.name}', field)}" for field in own_fields(settings)]

@@ -1,4 +1,4 @@
-"""What a result was computed by: the modules that take part in it, without their comments, and the libraries' versions."""
+"""Provenance of a result: the modules that take part in it, without comments, and the versions of libraries."""
 
 from __future__ import annotations
 

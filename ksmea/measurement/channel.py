@@ -101,7 +101,7 @@ class Channel:
 
     @property
     def forward_factor(self) -> complex:
-        """What it reads of a forward circular motion that x reads as 1: e^{−iθ}."""
+        """Reading of a forward circular motion that x reads as 1: e^{−iθ}."""
         along_x, along_y = self.cosines
         return complex(along_x, -along_y)
 

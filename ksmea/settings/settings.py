@@ -126,7 +126,7 @@ def _checked_fields(settings: type) -> tuple[tuple[str, Any, Mapping[str, Any]],
 
 
 def expected_range(metadata: Any) -> str:
-    """What a field accepts, in words: 'a number above 0 and at most 2'."""
+    """Accepted values of a field in words: 'a number above 0 and at most 2'."""
     limits = []
     if metadata.get("above") is not None:
         limits.append(f"above {metadata['above']:g}")

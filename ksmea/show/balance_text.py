@@ -214,7 +214,7 @@ def _coefficients(record: BalanceRecord) -> str:
 
 
 def _changes(record: BalanceRecord) -> str:
-    """What the response depends on besides the weights, and how far runs scatter."""
+    """Dependence of the response on other things than weights, and scatter of the runs."""
     said = []
     if record.slope:
         slopes = ", ".join(f"{each:.2f}" for each in record.slope)

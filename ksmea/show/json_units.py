@@ -73,7 +73,7 @@ def units_of(record: type) -> Mapping[str, Rule]:
 
 
 def _rule(hint: Any) -> Rule | None:
-    """What the first annotated part of a type is in."""
+    """Unit of the first annotated part of a type."""
     if get_origin(hint) is Annotated:
         own: Rule = hint.__metadata__[0]
         return own

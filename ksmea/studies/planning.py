@@ -44,7 +44,7 @@ EXACT = 1e4  # times as well known as stated: of what a number adds to a varianc
 
 @dataclass(frozen=True)
 class PlanningOptions(Settings):
-    """What may be added, and what it is to make known."""
+    """Candidates to add, and the unknowns to determine with them."""
 
     target: str | None = setting(
         None,

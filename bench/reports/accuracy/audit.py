@@ -148,7 +148,7 @@ def _rows(cell: Cell, record: IdentifiabilityRecord) -> Iterator[dict[str, Any]]
 
 
 def _joint_rows(rows: list[dict[str, Any]], record: IdentifiabilityRecord) -> Iterator[dict[str, Any]]:
-    """What each printed column claims as a whole; a column that claims nothing has no row."""
+    """Claims of each printed column as a whole; a column that claims nothing has no row."""
     correlation = np.array(record.correlation, dtype=float)
     for column in dict.fromkeys(row["column"] for row in rows):
         of_column = [row for row in rows if row["column"] == column]

@@ -94,7 +94,7 @@ def profile(values: Array, grid: Array) -> Array:
 
 
 def spent(hits: Array, ends: Array) -> Array:
-    """What each run costs until each target, (n_run, n_target): `hits`, infinite where not reached, else its end (n_run,)."""
+    """Cost of each run until each target, (n_run, n_target): `hits`, infinite where not reached, else its end (n_run,)."""
     return np.where(np.isfinite(hits), hits, np.asarray(ends)[:, None])
 
 

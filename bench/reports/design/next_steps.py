@@ -1,4 +1,4 @@
-"""What to do after a study, as commands with the words that chose its rotor and its measurement."""
+"""Next steps after a study, as commands with the arguments of its rotor and measurement."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def heading(plan: Plan) -> str:
 
 
 def facts(plan: Plan, made: Made, page: Page, when: str) -> dict[str, Any]:
-    """What an index tells of an experiment."""
+    """Facts on an experiment for an index."""
     return {
         "name": plan.name,
         "study": ", ".join(studies(plan)),

@@ -1,4 +1,4 @@
-"""What every page ends with: how runs ended, the settings, and what made the results."""
+"""End of every page: status of runs, settings, and provenance of the results."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def _across(directions: Sequence[str]) -> tuple[str, str] | None:
 
 
 def _read_by(pair: tuple[str, str]) -> Array:
-    """Of x and y by each of two probes, (2, 2)."""
+    """Readings of x and y by each of two probes, (2, 2)."""
     return np.array([cosines(direction) for direction in pair])
 
 
