@@ -52,6 +52,7 @@ def test_a_number_that_is_wrong_by_far_is_named(tmp_path, number, known, sizes, 
         first = found.ranking[0]
         assert (first.effect, first.location) == (name, location)
         assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group
+        assert not any(each.is_contradicted for each in found.inputs)  # with the effect the number itself is not seen
 
 
 def test_numbers_within_their_tolerance_are_no_finding(tmp_path):
