@@ -10,11 +10,13 @@ from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord
 from ksmea.show.text import of_chances, value_and_ends, with_ends
 
+FEW = 3  # sizes of an effect in a line
+
 
 def ranking_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
     """A row per effect at a location, with the sizes of its unknowns."""
     head = ["effect", "location", "ΔBIC", "p", "size"]
-    return pd.DataFrame([[*_evidence(each), ", ".join(map(sized, each.parameters))] for each in trials], columns=head)
+    return pd.DataFrame([[*_evidence(each), _sizes(each.parameters)] for each in trials], columns=head)
 
 
 def trials_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
@@ -70,6 +72,12 @@ def averaged_values(record: DiagnosisRecord) -> dict[str, EstimateRecord]:
 def sized(part: EstimateRecord) -> str:
     """For example 'mass 1.20 [1.10, 1.30] kg'."""
     return f"{part.name} {_cell(part)} {part.unit}"
+
+
+def _sizes(parts: Sequence[EstimateRecord]) -> str:
+    """The first FEW sizes of an effect, and how many follow."""
+    more = [f"and {len(parts) - FEW} more"] if len(parts) > FEW else []
+    return ", ".join([*map(sized, parts[:FEW]), *more])
 
 
 def _evidence(trial: TrialRecord) -> list[str]:

@@ -1,4 +1,4 @@
-"""Remarks of a diagnosis: on noise that was stated too small or too large, and on the rate of a sweep.
+"""Remarks of a diagnosis: on noise that was stated too small or too large, on the rate of a sweep, and on slow roll.
 
 A rate that a diagnosis finds is compared with the one that times or rows give, which the fit has not used.
 """
@@ -11,7 +11,12 @@ from ksmea.diagnosis.diagnosis import Diagnosis
 from ksmea.fits.lack_of_fit import is_stated_too_large
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
-from ksmea.units import RPM
+from ksmea.studies.misreadings import first_criticals
+from ksmea.units import DEGREE, MICROMETRE, RPM
+
+SLOW = 0.3  # of the first critical speed: below, a shaft follows its unbalance by less than 10 % of the eccentricity
+FEWEST_SLOW = 3  # rows there that a slow-roll vector is read from
+CHANCE = 0.0027  # beyond 3 σ, shared by all probes, of a vector that noise alone makes
 
 
 def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
@@ -60,3 +65,29 @@ def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, 
     verdict = "they agree" if agree else "they disagree, as where the model lacks something besides the sweep"
     fitted = f"{rate / RPM:.3g} [{interval.low / RPM:.3g}, {interval.high / RPM:.3g}]"
     return (*said, f"{given} {history.rate / RPM:.3g} rpm/s, the fit {fitted} rpm/s: {verdict}")
+
+
+def slow_roll_remarks(found: Diagnosis) -> tuple[str, ...]:
+    """The mean vector of each probe at low speed that the accepted model does not predict, if it exceeds the noise; nothing of
+    amplitudes, and without rows below SLOW times the first critical speed."""
+    accepted = found.named and found.best is not None
+    fit = found.best if accepted and found.best is not None else found.baseline
+    measurement, plain = fit.measurement, found.baseline
+    criticals = first_criticals(plain.problem, plain.x, float(np.max(measurement.speed)))
+    if measurement.is_amplitude or measurement.is_by_differences or criticals is None or not len(criticals):
+        return ()
+    slow = measurement.speed < SLOW * criticals[0]
+    if np.count_nonzero(slow) < FEWEST_SLOW:
+        return ()
+    response = fit.response()
+    weight = fit.noise.sd(np.abs(response))[slow] ** -2  # (n_slow, n_channel), m⁻²
+    mean = np.sum(weight * (measurement.values - response)[slow], axis=0) / np.sum(weight, axis=0)
+    deviations = np.abs(mean) * np.sqrt(2 * np.sum(weight, axis=0))  # noise is that of both parts together
+    exceeds = np.sqrt(2 * np.log(len(measurement.channels) / CHANCE))  # of a Rayleigh distribution
+    rows = f"mean of {np.count_nonzero(slow)} rows up to {np.max(measurement.speed[slow]) / RPM:.0f} rpm"
+    return tuple(
+        f"slow roll of probe {channel}: {abs(vector) / MICROMETRE:.2g} µm at {np.angle(vector) / DEGREE:.0f}° that the model does not"
+        f" predict ({rows}, {size:.0f} σ); subtract it, or diagnose with runout and bow among the effects"
+        for channel, vector, size in zip(measurement.channels, mean, deviations)
+        if channel.is_1x and size > exceeds
+    )

@@ -272,13 +272,13 @@ def slips(case: Case, x: Array) -> tuple[str, ...]:
     modes, or is too large to compute them in passing."""
     speed = case.measurement.speed
     lowest, highest = float(np.min(speed)), float(np.max(speed))
-    criticals = _first_criticals(case.problem, x, highest)
+    criticals = first_criticals(case.problem, x, highest)
     if criticals is None or np.any((criticals >= (1 - NEAR_BAND) * lowest) & (criticals <= (1 + NEAR_BAND) * highest)):
         return ()
     return (_no_critical_text(criticals, lowest, highest), *_unit_texts(criticals, lowest, highest))
 
 
-def _first_criticals(problem: Problem, x: Array, highest: float) -> Array | None:
+def first_criticals(problem: Problem, x: Array, highest: float) -> Array | None:
     """Critical speeds up to the first reach that has one, rad/s; None where the problem cannot tell."""
     if not 0 < len(problem.sites) <= MAX_SITES:
         return None
