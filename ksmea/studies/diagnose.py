@@ -43,7 +43,7 @@ from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
-from ksmea.studies.diagnosis_remarks import slow_roll_remarks, stated_noise_remarks, sweep_remarks
+from ksmea.studies.diagnosis_remarks import gain_remarks, slow_roll_remarks, stated_noise_remarks, sweep_remarks
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.inputs import input_records
@@ -168,7 +168,7 @@ def diagnosis(
     if report.details and (record.verdict != "located" or _reads_wrong(record)):  # explained data are not misread
         remarks = (*remarks, *_slips(found, problem))
     if report.details:
-        remarks = (*remarks, *slow_roll_remarks(found))
+        remarks = (*remarks, *gain_remarks(found), *slow_roll_remarks(found))
     return dataclasses.replace(
         record,
         left_out={**report.left_out, **record.left_out},

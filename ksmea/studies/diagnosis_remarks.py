@@ -1,4 +1,5 @@
-"""Remarks of a diagnosis: on noise that was stated too small or too large, on the rate of a sweep, and on slow roll.
+"""Remarks of a diagnosis: on noise that was stated too small or too large, on the rate of a sweep, on slow roll and
+on a gain that is a unit.
 
 A rate that a diagnosis finds is compared with the one that times or rows give, which the fit has not used.
 """
@@ -11,9 +12,10 @@ from ksmea.diagnosis.diagnosis import Diagnosis
 from ksmea.fits.lack_of_fit import is_stated_too_large
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
-from ksmea.studies.misreadings import first_criticals
+from ksmea.studies.misreadings import first_criticals, unit_of_gain
 from ksmea.units import DEGREE, MICROMETRE, RPM
 
+GAIN = "channel_gain"  # the effect whose size may be a unit
 SLOW = 0.3  # of the first critical speed: below, a shaft follows its unbalance by less than 10 % of the eccentricity
 FEWEST_SLOW = 3  # rows there that a slow-roll vector is read from
 CHANCE = 0.0027  # beyond 3 σ, shared by all probes, of a vector that noise alone makes
@@ -91,3 +93,20 @@ def slow_roll_remarks(found: Diagnosis) -> tuple[str, ...]:
         for channel, vector, size in zip(measurement.channels, mean, deviations)
         if channel.is_1x and size > exceeds
     )
+
+
+def gain_remarks(found: Diagnosis) -> tuple[str, ...]:
+    """The unit that a gain of the accepted model is the factor of."""
+    if not found.named or found.best is None:
+        return ()
+    values = dict(zip(found.best.problem.parameters.names, found.best.x, strict=True))
+    said = []
+    for candidate in found.applied:
+        sizes = [size for name, size in values.items() if candidate.name == GAIN and name.startswith(GAIN)]
+        said += [
+            f"a gain of {1 + size:.3g} ({candidate.effect}) is that of another unit: {unit}; check its scale, or the plane that it"
+            " is compared with"
+            for size in sizes
+            if (unit := unit_of_gain(1 + size))
+        ]
+    return tuple(said)
