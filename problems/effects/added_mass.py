@@ -38,6 +38,8 @@ class AddedMass(SeatedEffect):
         "mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
         "disk_mass": "a disk has moments of inertia too; modes that tilt it, or weigh the disk",
         "disk_position": "both change what the disk does to each mode; measure its distance from a bearing, or weigh it",
+        "spring_mass": "both lower natural frequencies; a speed near its own frequency, where the shaft stands still",
+        "bearing_mass": "at one bearing both are alike; look at each bearing",
     }
 
     what, default_place = "mass", "the first disk or end"

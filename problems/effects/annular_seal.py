@@ -48,7 +48,7 @@ class AnnularSeal(SeatedEffect):
     """A seal around the shaft holds, damps and drags it."""
 
     position: float | None = setting(
-        None, "where it sits; null: at the first disk that is at no bearing", unit="m", at_least=0
+        None, "where it sits; null: at the first seal of the rotor, or disk that is at no bearing", unit="m", at_least=0
     )
     swirl_ratio: float = setting(
         0.5, "λ, mean speed of the liquid around the shaft over that of the shaft's surface", at_least=0, at_most=1
@@ -66,7 +66,8 @@ class AnnularSeal(SeatedEffect):
     )
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        """Each disk that is at no bearing: impellers and pistons have seals; without any, half way between the outer bearings."""
+        """The seals that the rotor states, which may differ from what it says; else each disk that is at no bearing, as impellers and
+        pistons have seals; without any, half way between the outer bearings."""
         return _gaps(problem.rotor)
 
     def site_law(self) -> SiteLaw:
@@ -81,6 +82,8 @@ class AnnularSeal(SeatedEffect):
 
 def _gaps(rotor: Rotor) -> list[float]:
     """Where a seal may sit, m."""
+    if stated := list(dict.fromkeys(seal.position for seal in rotor.seals)):
+        return stated
     bearings = [bearing.position for bearing in rotor.bearings]
 
     def is_free(position: float) -> bool:

@@ -49,6 +49,7 @@ class ClearanceRub(NonlinearEffect, SeatedEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "cubic_stiffness": "both lean peaks; a run with more unbalance",
         "speed_dependent_damping": "both lower a peak; a run with more unbalance",
+        "bilinear_stiffness": "both lean peaks; friction and the place tell them apart: probes at the bearings",
     }
 
     what, default_place, needs = "rub", "at a disk", "where the shaft rubs"
