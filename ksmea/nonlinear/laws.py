@@ -71,6 +71,10 @@ class Law(ABC):
         and amplitudes of the site (n_speed,) m; None: the force is linear in all coefficients."""
         return None
 
+    def shows(self, coefficients: Array, speed: Array) -> bool:
+        """Whether coefficients (n_coefficient,) SI are those of what the law means at speeds (n_speed,), and not of a simpler one."""
+        return True
+
     @abstractmethod
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
         """What acts, (n, n_speed, 2) N, where the site moves by `motion` (n, n_speed, 2) m."""
@@ -158,9 +162,13 @@ class SpringMass(StiffnessLaw):
             whole = -mass * speed**2 * carried / below
         return np.asarray(np.where(mass == 0, 0.0, whole)[..., None, None] * np.eye(2))
 
+    def shows(self, coefficients: Array, speed: Array) -> bool:
+        """Below the band it is a spring to the ground, far above it a mass."""
+        return bool(speed.min() <= coefficients[1] <= STARTS_BEYOND * speed.max())
+
     def starts(self, speed: Array, amplitude: Array) -> Array | None:
         highest = STARTS_BEYOND * speed.max()
-        natural = np.geomspace(speed.min() / STARTS_BEYOND, highest, N_NATURAL)
+        natural = np.geomspace(speed.min(), highest, N_NATURAL)
         grid = np.stack(np.meshgrid(1.0, natural, START_RATIOS, indexing="ij"), axis=-1)
         return np.asarray(grid.reshape(-1, 3))
 

@@ -43,6 +43,7 @@ class SpringMassOnShaft(SeatedEffect):
 
     position: float | None = setting(None, "where it sits; null: on the first disk or end", unit="m", at_least=0)
 
+    is_scanned: ClassVar[bool] = False  # starts come from the force at its place; scans of three unknowns at each place take minutes
     aliases: ClassVar[Mapping[str, str]] = {
         "added_mass": "both lower natural frequencies; a speed near its own frequency, where the shaft stands still",
         "foundation_resonance": "both add a resonance; a sensor on the foundation, a tap test of the part at rest",
