@@ -17,7 +17,7 @@ from typing import ClassVar
 
 from ksmea.nonlinear.laws import LAWS
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import SeatedEffect, rotor_mass
+from problems.rotor.extension.effect import SeatedEffect, distinct, places_of, rotor_mass
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
@@ -54,7 +54,7 @@ class AddedMass(SeatedEffect):
 
 def mounting_places(rotor: Rotor) -> list[float]:
     """Disks, then the ends of the shaft, then the middle of each long span, m."""
-    disks, ends = [disk.position for disk in rotor.disks], [0.0, rotor.length]
-    stations = sorted({*disks, *ends, *(bearing.position for bearing in rotor.bearings)})
+    disks, ends = places_of(rotor.disks, rotor), [0.0, rotor.length]
+    stations = sorted(distinct([*disks, *ends, *(bearing.position for bearing in rotor.bearings)], rotor))
     spans = [(left + right) / 2 for left, right in pairwise(stations) if right - left > LONG_SPAN * rotor.length]
-    return list(dict.fromkeys([*disks, *ends, *spans]))
+    return distinct([*disks, *ends, *spans], rotor)

@@ -26,7 +26,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.nonlinear.laws import CROSS, LinearLaw
 from ksmea.settings.settings import setting
 from ksmea.units import KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
-from problems.rotor.extension.effect import SeatedEffect, rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import SeatedEffect, places_of, rotor_mass, stiffness_scale
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
@@ -82,12 +82,12 @@ class AnnularSeal(SeatedEffect):
 
 def _gaps(rotor: Rotor) -> list[float]:
     """Where a seal may sit, m."""
-    if stated := list(dict.fromkeys(seal.position for seal in rotor.seals)):
+    if stated := places_of(rotor.seals, rotor):
         return stated
     bearings = [bearing.position for bearing in rotor.bearings]
 
     def is_free(position: float) -> bool:
         return all(abs(bearing - position) > SAME_PLACE * rotor.length for bearing in bearings)
 
-    disks = [position for position in dict.fromkeys(disk.position for disk in rotor.disks) if is_free(position)]
+    disks = [position for position in places_of(rotor.disks, rotor) if is_free(position)]
     return disks or [(min(bearings) + max(bearings)) / 2]

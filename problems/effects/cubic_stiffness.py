@@ -20,7 +20,7 @@ from typing import ClassVar, Self
 from ksmea.errors import SettingError
 from ksmea.nonlinear.laws import LAWS, Law
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import require_on_shaft, stiffness_scale
+from problems.rotor.extension.effect import places_of, require_on_shaft, stiffness_scale
 from problems.rotor.extension.nonlinear_effect import UP, NonlinearEffect, eccentricity
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
@@ -84,4 +84,4 @@ class CubicStiffness(BearingSprings):
 
 
 def _bearings(problem: RotorProblem) -> list[float]:
-    return list(dict.fromkeys(bearing.position for bearing in problem.rotor.bearings))
+    return places_of(problem.rotor.bearings, problem.rotor)

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+import ksmea
 from ksmea.measurement.channel import Channel
 from ksmea.plugins import registry
 from problems.rotor.response.unknowns import rotor_at
@@ -53,3 +54,34 @@ def test_a_mass_of_all_bearings_is_their_inertia_in_response_and_in_growth():
     assert problem.growth_rate(x, speed) == pytest.approx(heavy.growth_rate(TRUTH[-1:], speed), rel=1e-3)
     criticals = heavy.critical_speeds(TRUTH[-1:], 1500.0)
     assert problem.critical_speeds(x, 1500.0) == pytest.approx(criticals, rel=1e-6)
+
+
+def test_places_that_differ_by_rounding_are_one():
+    """Stated positions and sums of lengths: 0.85 m and 0.8500000000000001 m."""
+    first = PLAIN.rotor.disks[0]
+    twice = dataclasses.replace(first, position=first.position * (1 + 2e-16))
+    at_end = dataclasses.replace(first, position=PLAIN.rotor.length * (1 - 2e-16))
+    rotor = dataclasses.replace(PLAIN.rotor, disks=(*PLAIN.rotor.disks, twice, at_end))
+    problem = dataclasses.replace(PLAIN, rotor=rotor)
+    for name in ("added_mass", "spring_mass", "annular_seal", "clearance_rub", "unbalance", "hub_stiffening", "disk_mass"):
+        said = [str(each) for each in effect(name).locations(problem)]
+        assert len(set(said)) == len(said) > 0, said
+
+
+def test_an_extended_rotor_has_modes_and_critical_speeds_from_python(tmp_path):
+    path = tmp_path / "extended.yaml"
+    path.write_text(
+        "problem: {name: three_disk}\neffects:\n  - {name: added_mass, position: 0.75}\n  - {name: spring_mass, position: 1.0}\n"
+    )
+    extended, plain = ksmea.load_problem(str(path)), ksmea.load_problem("three_disk")
+    added = {"attached_mass": 1.0, "attached_frequency": 30.0, "attached_damping_ratio": 2.0}
+    heavy, light = ({**added, "added_mass": mass} for mass in (3.0, 0.0))
+    expected = plain.critical_speeds(highest=1000.0)
+    assert extended.critical_speeds(light, highest=1000.0) == pytest.approx(expected, rel=1e-6)  # another reduction
+    lower = extended.critical_speeds(heavy, highest=1000.0)
+    assert np.all(lower[:2] < expected[:2])
+    assert [mode.frequency for mode in extended.modes(500.0, light)] == pytest.approx(
+        [mode.frequency for mode in plain.modes(500.0)], rel=1e-6
+    )
+    assert extended.campbell([100.0, 500.0], heavy) is not None
+    assert "Free motions leave out the spring-mass" in str(extended.draw(heavy))
