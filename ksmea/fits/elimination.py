@@ -23,7 +23,7 @@ def eliminated(case: Case, points: Array, zero: Array) -> Screened:
     """Points (n, d) of a model's unit cube completed by the unknowns (n, e) of its last effect that suit complex data best, ranked by
     the part of the data left over; `zero` (e,) is where the effect is absent."""
     case = as_searched(case)
-    problem, data = case.problem, case.measurement.values.ravel()
+    problem, data = case.problem, case.measurement.values.ravel().astype(complex)
     basis = _added(case, points[0], zero)  # (m, e)
     angles, n_chunk = turning_angles(case), max(1, MAX_VALUES // data.size)
     found = []

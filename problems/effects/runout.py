@@ -98,7 +98,7 @@ class Runout(PlacedEffect):
         return tuple(Parameter(name, "µm", MICROMETRE, -LARGEST, LARGEST) for name in names)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.concatenate([super(Runout, self).draw(problem, rng) for _ in self.probes or [None]])
+        return np.concatenate([super(Runout, self).draw(problem, rng) for _ in range(max(1, len(self.probes)))])
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
         if self.probes:
