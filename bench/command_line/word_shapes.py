@@ -121,7 +121,7 @@ def _unknown_option(words: Sequence[str], word: str) -> SettingError:
 
 
 def _opened(word: str, after: Sequence[str]) -> list[str] | None:
-    """The words up to the one that closes a bracket which a word opens; None where none does, or it opens none."""
+    """The words up to the one that closes a bracket which a word opens; None if none does, or it opens none."""
     if "=" not in word or _unclosed(word) == "":
         return None
     for number in range(1, len(after) + 1):
@@ -148,7 +148,7 @@ def _unclosed(text: str) -> str:
 
 
 def _no_setting(word: str, before: list[str], after: list[str], commands: Collection[str]) -> SettingError:
-    """What a word without '=' was probably meant to be."""
+    """Probable meaning of an argument without '='."""
     if word in commands:
         return SettingError(
             f"{word}: expected a command as the first word, got it later", meant=[word, *before, *after]
@@ -202,7 +202,7 @@ def _is_setting(words: Sequence[str]) -> bool:
 
 
 def _require_value(word: str, before: list[str], after: list[str]) -> None:
-    """Raise `SettingError` where what stands behind '=' cannot be a value."""
+    """Raise `SettingError` if what stands behind '=' cannot be a value."""
     key, _, value = word.partition("=")
     if not key.lstrip("+~"):
         raise SettingError(f"{word}: expected setting=value in one word, got no name of a setting before '='")

@@ -53,7 +53,7 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
         changed = _what_changed_since_the_plan(plan, cell.code, used)
     except SettingError as error:  # a plugin that is no longer there
         used = plan.modules
-        changed = [f"what has changed since it was planned cannot be told: {error}"]
+        changed = [f"the changes since it was planned are not known: {error}"]
     lines = [f"run {run.key} of {plan.name} in {folder}: {place}, seed {cell.seed}, repetition {run.repetition}"]
     for part, settings in cell.settings.items():
         lines.append(f"  {part}: {_in_words(settings)}")
@@ -97,7 +97,7 @@ def _said(settings: Any) -> str:
 
 
 def _why_stale(plan: Plan, run: Run, folder: Path, used: Mapping[str, str]) -> list[str]:
-    """What differs between the plan and the session that answered the same question."""
+    """Differences between the plan and the session that answered its question."""
     sessions: dict[str, SessionLine] = {}
     answered_in: str | None = None
     for line in read_lines(folder):

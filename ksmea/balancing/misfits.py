@@ -1,4 +1,4 @@
-"""What does not fit: runs whose weights are not what their mark says, and single entries beside their neighbours.
+"""Misfits: runs whose weights contradict their marks, and single entries that contradict their neighbours.
 
 All p values are of a test alone; `level / number of tests` is what they are to be compared with (Bonferroni).
 """
@@ -93,7 +93,7 @@ def run_p(fit: Fit, runs: Indices) -> Array:
 
 
 def _chi2(fit: Fit, run: int) -> float:
-    """Of a run with known weights that the fit does not use."""
+    """χ² of a run with known weights that the fit does not use."""
     one, solution = np.array([run]), fit.solution
     across = fit.covariance(one, solution.runs)
     left = fit.residual(one)[0] - across @ solution.white

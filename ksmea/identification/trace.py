@@ -136,7 +136,7 @@ AnyMethod = TypeVar("AnyMethod")
 
 
 def with_counted_surrogate(method: AnyMethod, count: Meter) -> AnyMethod:
-    """The same method, the predictions of its surrogate counted; as it is where it has none, or one that is the true model."""
+    """Method with counted predictions of its surrogate; unchanged without a surrogate, or with one that is the true model."""
     surrogate = getattr(method, "surrogate", None)
     counted = _counted(surrogate, count)
     if counted is surrogate:

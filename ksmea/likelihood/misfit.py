@@ -43,7 +43,7 @@ LOG_OFFSET = 100.0
 class Misfit:
     """Misfit to one measurement.
 
-    `assumed_relative` stands in for the noise where there is none or its level is not known: equal weights in relative
+    `assumed_relative` stands in for the noise if there is none or its level is not known: equal weights in relative
     terms.
     `model_sd` (n_speed, n_channel), m, is the error of a surrogate that predicts, added to the noise.
     """
@@ -120,11 +120,11 @@ class Misfit:
 
     @property
     def offset(self) -> float:
-        """What the sum of squared residuals has too much."""
+        """Constant to subtract from the sum of squared residuals."""
         return LOG_OFFSET * self.measurement.values.size if self._has_log_term else 0.0
 
     def observed(self, response: ComplexArray) -> Array | ComplexArray:
-        """What the measurement would show of a complex response."""
+        """Observable part of a complex response."""
         return self.measurement.seen(response)
 
     @property

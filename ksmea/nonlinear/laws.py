@@ -77,14 +77,14 @@ class Law(ABC):
 
     @abstractmethod
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
-        """What acts, (n, n_speed, 2) N, where the site moves by `motion` (n, n_speed, 2) m."""
+        """Force (n, n_speed, 2) N if the site moves by `motion` (n, n_speed, 2) m."""
 
     @abstractmethod
     def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
-        """What acts, (n, n_speed, 2) N, with coefficients (n, n_coefficient) SI, in the steady motion that it is part of. Where
+        """Force (n, n_speed, 2) N with coefficients (n, n_coefficient) SI, in the steady motion that it is part of. Where
         there are several, it is the one that `steady_motion` chooses.
 
-        Raises LinAlgError where there is none."""
+        Raises LinAlgError if there is none."""
 
 
 @dataclass(frozen=True)

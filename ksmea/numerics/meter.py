@@ -43,7 +43,7 @@ class Meter:
 
     @property
     def spent(self) -> int:
-        """What the counts take of a budget, in evaluations."""
+        """Cost of the counts within a budget, in evaluations."""
         return self.evaluations + self.jacobian_cost * self.jacobians + self.others
 
     @property
@@ -56,7 +56,7 @@ class Meter:
         return n if self.budget is None else min(n, max(self.budget - self.spent, 0))
 
     def require(self, n: int) -> None:
-        """Raise `BudgetSpent` where the budget does not hold `n` more evaluations."""
+        """Raise `BudgetSpent` if the budget does not hold `n` more evaluations."""
         if self.admitted(n) < n:
             self.refuse()
 

@@ -1,4 +1,4 @@
-"""What a rotor is made of and where, as a drawing to scale needs it: SI, positions along the shaft from its left end."""
+"""Parts of a rotor and their positions for a drawing to scale: SI, positions along the shaft from its left end."""
 
 from __future__ import annotations
 

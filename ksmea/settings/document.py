@@ -171,7 +171,7 @@ class Units:
 
 
 def inside(block: Block, key: str, make: Callable[[], Any]) -> Any:
-    """What `make` returns; its `SettingError` with the location in the file before it."""
+    """Result of `make`; its `SettingError` is preceded by the location in the file."""
     try:
         return make()
     except SettingError as error:

@@ -50,7 +50,7 @@ EstimatesByOthers = dict[int, tuple[Fit, WeightEstimate]]  # of runs by their in
 
 @dataclass(frozen=True)
 class BalanceOptions(Settings):
-    """What the model of the responses has, and what is told."""
+    """Terms of the model of the responses, and options of the report."""
 
     drift: str = setting(AUTO, "a drift of the responses over time_s; auto: where BIC has it", choices=CHOICES)
     slope: str = setting(

@@ -6,15 +6,14 @@ import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
-
 import numpy as np
 
 from ksmea.diagnosis.diagnosis import Criteria, Diagnosis, diagnose
 from ksmea.diagnosis.further_measurement import Split
 from ksmea.diagnosis.observability import Detectable
-from ksmea.diagnosis.trials import Candidate, Trial
-from ksmea.fits.fitting import Fit
+from ksmea.diagnosis.trials import Trial
+from ksmea.fits.fitting import Fit, fit_baseline
+from ksmea.fits.joint_fit import joint_baseline
 from ksmea.fits.lack_of_fit import FitQuality, whirl_parts
 from ksmea.fits.search import Effort, Search
 from ksmea.inference.intervals import Estimate, estimate
@@ -25,7 +24,6 @@ from ksmea.measurement.measurement import Measurement
 from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.case import Case
-from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
 from ksmea.records.diagnosis import (
     CoefficientRecord,
@@ -43,12 +41,22 @@ from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
-from ksmea.studies.diagnosis_remarks import gain_remarks, slow_roll_remarks, stated_noise_remarks, sweep_remarks
+from ksmea.studies.diagnosis_remarks import (
+    disagreements,
+    effect_record,
+    estimated_record,
+    reading_of,
+    slips_of,
+    stated_effects,
+    stated_noise_remarks,
+    sweep_remarks,
+)
+from ksmea.studies.slow_roll import gain_remarks, slow_roll_remarks
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.inputs import input_records
-from ksmea.studies.locate import LocationOptions, location
-from ksmea.studies.misreadings import misreadings, slips
+from ksmea.studies.locate import Located, LocationOptions, location
+from ksmea.studies.misreadings import Misread
 from ksmea.studies.remarks import campaign_remarks, refuse_differences
 from ksmea.studies.stability import stability_of
 
@@ -72,7 +80,7 @@ class DiagnosisOptions(Settings):
     screening: int = setting(4096, "points of the baseline model's range that are screened", at_least=64)
     starts: int = setting(12, "fits of the baseline model from the best of them", at_least=1)
     scan: int = setting(
-        200, "of these points, those that are screened again at values of an effect, most of them the best", at_least=1
+        200, "number of these points, mostly the best, that are screened again at each value of an effect", at_least=1
     )
     scan_values: int = setting(
         16,
@@ -81,7 +89,7 @@ class DiagnosisOptions(Settings):
     )
     effect_starts: int = setting(5, "fits of each effect from the best of those", at_least=1)
     firsts: int = setting(
-        3, "effects that second ones are tried beside, where the best one does not leave noise behind", at_least=1
+        3, "first effects to which second ones are added, if the residuals of the best one are not noise", at_least=1
     )
     pairs: int = setting(
         18, "pairs of effects that are fitted to the end, and as many at most whose second one is scanned", at_least=1
@@ -92,7 +100,7 @@ class DiagnosisOptions(Settings):
     )
     locate: bool = setting(
         True,
-        "where the model is wrong, look too for places at which an unknown force explains the data, whatever its cause",
+        "also locate an unknown force of any cause, if the model is wrong",
     )
 
     @property
@@ -152,21 +160,29 @@ def diagnosis(
     """
     refuse_differences(case.measurement, "diagnose")
     options = options or DiagnosisOptions()
-    found = diagnose(case, effects, Search(rng, options.effort, workers), options.criteria)
+    search = Search(rng, options.effort, workers)
+    baseline = joint_baseline(fit_baseline(case, search))
+    reading = reading_of(baseline.best, case, search.rng, options.criteria) if report.details else None
+    if reading is not None and (record := _read_otherwise(reading, case.problem, search, options, report)) is not None:
+        return record
+    is_locatable = options.locate and not missing_to_locate(case.problem, case.measurement.kind)
+    locate = Located(rng, options.location, workers) if is_locatable else None
+    found = diagnose(case, effects, search, options.criteria, baseline, locate)
     stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
     problem = case.problem
     remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated)
     record = diagnosis_record(found, fine=report.fine)
     case = found.baseline.case  # with the noise that it goes by
-    if options.locate and record.verdict in WRONG and not missing_to_locate(case.problem, case.measurement.kind):
-        with_laws = record.verdict == "unknown"
+    if locate is not None and record.verdict in WRONG:
+        sites = locate(case)
+        with_laws = record.verdict == "unknown" and not sites.is_anywhere
         where = location(
-            case, rng, options=options.location, baseline=found.baseline, with_laws=with_laws, workers=workers
+            case, rng, options=options.location, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites
         )
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
     if report.details and (record.verdict != "located" or _reads_wrong(record)):  # explained data are not misread
-        remarks = (*remarks, *_slips(found, problem))
+        remarks = (*remarks, *slips_of(found, problem, reading))
     if report.details:
         remarks = (*remarks, *gain_remarks(found), *slow_roll_remarks(found))
     return dataclasses.replace(
@@ -179,6 +195,23 @@ def diagnosis(
     )
 
 
+def _read_otherwise(
+    found: Misread, problem: Problem, search: Search, options: DiagnosisOptions, report: Report
+) -> DiagnosisRecord | None:
+    """The diagnosis of data that were misread, which ends the search: read otherwise the model as given leaves noise, and no effect
+    could gain more. None if it leaves more: something else is wrong, too."""
+    reading, _ = found.best
+    case = Case.of(problem, reading.measurement)
+    read = diagnose(case, {}, search, options.criteria)
+    if read.baseline_quality.p < options.criteria.half:
+        return None
+    record = diagnosis_record(read, fine=report.fine)
+    remarks = (*problem.remarks_at(case.measurement.speed), *report.remarks)
+    return dataclasses.replace(
+        record, verdict="misread", reading=str(found), left_out=dict(report.left_out), remarks=remarks
+    )
+
+
 def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisRecord:
     """The diagnosis with what is found without the library, which decides where no effect explains the data."""
     found = dataclasses.replace(record, location=where)
@@ -187,35 +220,9 @@ def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisR
     return dataclasses.replace(found, verdict="located", stability=None)  # that was of a model which is wrong
 
 
-def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
-    """A remark for each effect that is named and acts at a place, where something unknown is found at others alone."""
-    if not found.named or not where.is_local:
-        return ()
-    said = []
-    for candidate in found.applied:
-        places = candidate.effect.places(found.baseline.problem.machine)
-        if places and not any(where.accepts(place) for place in places):
-            at = ", ".join(f"{site.kind} at {site.position:g} m" for site in where.sites)
-            said.append(
-                f"{candidate.name} is named, which acts at {', '.join(f'{place:g} m' for place in places)}, but without the"
-                f" library something unknown is found elsewhere: {at}; doubt the name, or a second cause is hidden"
-            )
-    return tuple(said)
-
-
 def _reads_wrong(record: DiagnosisRecord) -> bool:
     """Whether the reading of a plane is unknown, which may be one that was given wrongly."""
     return record.location is not None and record.location.kind == READING
-
-
-def _slips(found: Diagnosis, problem: Problem) -> tuple[str, ...]:
-    """Remarks on data that look misread, which they do not where an effect explains them."""
-    fit, quality = found.baseline, found.baseline_quality
-    if found.named and found.best is not None and found.best_quality is not None:
-        fit, quality = found.best, found.best_quality
-    case, rejected = found.baseline.case.by(problem), quality.p < found.level / 2
-    x = fit.x[[fit.problem.parameters.names.index(name) for name in problem.parameters.names]]
-    return misreadings(case, x, fit.noise, rejected=rejected) or slips(case, x)
 
 
 def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord:
@@ -226,7 +233,7 @@ def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord
         named=found.named,
         ambiguity_group=found.ambiguity_group,
         locations=found.locations,
-        applied=tuple(_effect(candidate) for candidate in found.applied),
+        applied=_applied(found),
         ranking=tuple(_trial(trial, found) for trial in found.trials),
         lack_of_fit=_lack_of_fit(found),
         noise=_noise(found),
@@ -243,6 +250,7 @@ def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord
         curves=diagnosis_curves(found, fine=fine),
         left_out=dict(found.left_out),
         source=measurement.source,
+        notation=measurement.notation,
         stability=_stability(found),
         explanations=_explanations(found),
         averaged=_averaged(found),
@@ -255,7 +263,7 @@ def _explanations(found: Diagnosis) -> tuple[ExplanationRecord, ...]:
     return tuple(
         ExplanationRecord(
             each.label,
-            tuple(_effect(candidate) for candidate in each.applied),
+            tuple(stated_effects(each.applied, each.fit, _unchecked(each.fit, found))),
             each.deviance_drop,
             each.delta_bic,
             weight,
@@ -295,9 +303,14 @@ def _split(split: Split) -> SplitRecord:
     )
 
 
-def _effect(candidate: Candidate) -> EffectRecord:
-    effect: Any = candidate.effect  # effects are frozen dataclasses of settings
-    return EffectRecord(candidate.name, str(effect), dataclasses.asdict(effect))
+def _applied(found: Diagnosis) -> tuple[EffectRecord, ...]:
+    if found.best is None or found.best_estimate is None:
+        return tuple(map(effect_record, found.applied))
+    return tuple(stated_effects(found.applied, found.best, found.best_estimate))
+
+
+def _unchecked(fit: Fit, found: Diagnosis) -> Estimate:
+    return estimate(fit.likelihood, fit.point, level=found.interval_level, check=False)
 
 
 def _trial(trial: Trial, found: Diagnosis) -> TrialRecord:
@@ -305,7 +318,7 @@ def _trial(trial: Trial, found: Diagnosis) -> TrialRecord:
     if found.best_estimate is not None and found.applied == (trial.candidate,):
         estimated = found.best_estimate
     else:
-        estimated = estimate(trial.fit.likelihood, trial.fit.point, level=found.interval_level, check=False)
+        estimated = _unchecked(trial.fit, found)
     own = range(trial.fit.likelihood.d - trial.n_unknown, trial.fit.likelihood.d)
     return TrialRecord(
         effect=trial.name,
@@ -313,24 +326,21 @@ def _trial(trial: Trial, found: Diagnosis) -> TrialRecord:
         deviance_drop=trial.deviance_drop,
         delta_bic=trial.delta_bic,
         p=trial.p,
-        parameters=tuple(_estimated(trial.fit.problem.parameters.items, estimated, index) for index in own),
+        parameters=tuple(estimated_record(trial.fit, estimated, index) for index in own),
+        words=trial.candidate.effect.in_words(),
     )
-
-
-def _estimated(parameters: Sequence[Parameter], estimated: Estimate, index: int) -> EstimateRecord:
-    return estimate_record(parameters[index], float(estimated.x[index]), estimated.intervals[index])
 
 
 def _coefficients(found: Diagnosis) -> tuple[CoefficientRecord, ...]:
     n_baseline = len(found.baseline.problem.parameters)
-    items = (found.best or found.baseline).problem.parameters.items
+    fit = found.best or found.baseline
     return tuple(
         CoefficientRecord(
             parameter.name,
-            before=_estimated(items, found.baseline_estimate, index) if index < n_baseline else None,
-            after=None if found.best_estimate is None else _estimated(items, found.best_estimate, index),
+            before=estimated_record(fit, found.baseline_estimate, index) if index < n_baseline else None,
+            after=None if found.best_estimate is None else estimated_record(fit, found.best_estimate, index),
         )
-        for index, parameter in enumerate(items)
+        for index, parameter in enumerate(fit.problem.parameters.items)
         if not parameter.is_input
     )
 

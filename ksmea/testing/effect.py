@@ -37,7 +37,7 @@ class EffectCase(ProblemCase):
 
     @property
     def x(self) -> Array:
-        """Published values of the baseline model, or the middle of its limits where they are not known, (d,) SI."""
+        """Published values of the baseline model, or the middle of its limits if they are not known, (d,) SI."""
         parameters, known = self.baseline.parameters, self.on.reference()
         middle = parameters.to_si(np.full(len(parameters), 0.5))
         return np.array([known.get(name, value) for name, value in zip(parameters.names, middle)])
@@ -95,7 +95,7 @@ def zero_is_the_baseline(case: EffectCase) -> None:
 
 
 def draws_within_its_limits(case: EffectCase) -> None:
-    """What is drawn for hidden data is within its limits, by the generator handed over, and not 0."""
+    """Sizes drawn for hidden data are within its limits, from the given generator, and not 0."""
     for site, seen in zip(case.sites, case.seen):
         own = seen.problem.parameters.items[len(case.x) :]
         draws = np.array([case.drawn(site, seed) for seed in range(N_DRAW)])
@@ -110,7 +110,7 @@ def draws_within_its_limits(case: EffectCase) -> None:
 
 
 def what_is_drawn_matters(case: EffectCase) -> None:
-    """What is drawn changes the response, and the baseline model stays as it was."""
+    """The drawn size changes the response, and the baseline model stays as it was."""
     expected = case.on.build().response(case.x[None])
     for seen in case.seen:
         change = seen.difference(seen.response, expected)

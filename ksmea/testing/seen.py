@@ -1,4 +1,4 @@
-"""What every problem keeps, also one with an effect: units, shapes, batches, sensitivity, other speeds, stability."""
+"""Properties of every problem, also with an effect: units, shapes, batches, sensitivity, other speeds, stability."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def is_the_same_elsewhere(case: ProblemCase) -> None:
         few = problem.at(problem.speed[::2], problem.channels[-1:])
         require(
             few.parameters == problem.parameters and np.array_equal(few.speed, problem.speed[::2]),
-            f"the same unknowns at the speeds asked for{seen.label}",
+            f"the same unknowns at the given speeds{seen.label}",
             "others",
             "change speed and channels alone",
         )
@@ -213,7 +213,7 @@ def growth_rates_are_in_shape(case: ProblemCase) -> None:
 
 
 def properties_of_problems(case: ProblemCase) -> Sequence[Callable[[ProblemCase], None]]:
-    """Those that apply to what its problem can do."""
+    """Properties that apply to the abilities of a problem."""
     problem = case.seen[0].problem
     optional = (
         (problem.has_sensitivity, sensitivity_is_right),

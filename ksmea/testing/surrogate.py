@@ -158,13 +158,13 @@ def units_of_outputs_do_not_matter(case: SurrogateCase) -> None:
 
 
 def few_samples_are_enough(case: SurrogateCase) -> None:
-    """The fewest samples that it asks for can be fitted."""
+    """The smallest number of samples that it states can be fitted."""
     n = case.plugin.least_samples(DIM)
     require(isinstance(n, int) and n >= 1, "a whole number of samples, at least 1", repr(n), "count its terms")
     u = latin_hypercube(n, DIM, np.random.default_rng(4))
     found = case.fit(u, case.outputs_at(u)).predict(case.new)
     require(
-        np.all(np.isfinite(found)), f"finite predictions from {n} samples", "others", "let least_samples ask for more"
+        np.all(np.isfinite(found)), f"finite predictions from {n} samples", "others", "increase least_samples"
     )
 
 
@@ -190,7 +190,7 @@ def grows_by_a_sample(case: SurrogateCase) -> None:
 
 
 def is_never_fitted(case: SurrogateCase) -> None:
-    """What stands for the true model refuses a fit, which no method may ask for."""
+    """A surrogate that is the true model rejects a fit."""
     try:
         case.fitted.predict(case.new)
     except TypeError:

@@ -21,13 +21,13 @@ class Opened:
         self._made: dict[str, tuple[Hashable, Any]] = {}
 
     def content(self, most: int) -> bytes:
-        """All bytes; `SettingError` where there is no such file, it cannot be read or has more than `most`."""
+        """All bytes; `SettingError` if there is no such file, it cannot be read or has more than `most`."""
         if self._content is None or len(self._content) > most:
             self._content = read_bytes(self.path, most)
         return self._content
 
     def once(self, thing: str, key: Hashable, make: Callable[[], Made]) -> Made:
-        """What `make` makes of the content; with the same key as the last time, that."""
+        """Result of `make` for the content; with the key of the last call, its result."""
         kept = self._made.get(thing)
         if kept is not None and kept[0] == key:
             made: Made = kept[1]

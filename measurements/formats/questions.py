@@ -1,4 +1,4 @@
-"""What a file leaves open: the one question at which its reading stops, and all that can be seen without the answers.
+"""Open questions of a file: the one that stops its reading, and all that can be seen without answers.
 
 The rest of a file can be read with any answer, to see what else is open: `Question.meanwhile` is such an answer. Nothing that was
 read with it is kept.
@@ -20,7 +20,7 @@ Source = TypeVar("Source")
 @dataclass(frozen=True)
 class Question:
     """`setting` answers it, each of `shown` is an answer with capitals in place of what only the user knows; `meanwhile` is one with which
-    the rest of the file can be read, None where nothing can."""
+    the rest of the file can be read, None if nothing can."""
 
     setting: str
     said: str

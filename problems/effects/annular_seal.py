@@ -54,6 +54,8 @@ class AnnularSeal(SeatedEffect):
         0.5, "λ, mean speed of the liquid around the shaft over that of the shaft's surface", at_least=0, at_most=1
     )
 
+    says = "A seal {place} holds the shaft with {seal_stiffness} and damps it with {seal_damping}"
+    check_next = "Clearance, pressure drop and swirl brakes of this seal; repeat the run at another load or without flow."
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_antisymmetric": "both drive forward whirl; a seal's grows with speed: measure over a wide band, or without pressure",
         "short_journal_bearing": "a film of liquid too, but at the bearings; probes near the seal, a run without pressure",
@@ -65,9 +67,13 @@ class AnnularSeal(SeatedEffect):
         Size("seal_damping", "kN s/m", (0.0, MOST_DAMPING), drawn=NOTICED_DAMPING, of=_damping_scale),
     )
 
+    def is_offered(self, problem: RotorProblem) -> bool:
+        """Of machines as drawn where the drawing has a seal, which may be another than that."""
+        return bool(problem.rotor.seals) or not problem.is_as_drawn
+
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        """The seals that the rotor states, which may differ from what it says; else each disk that is at no bearing, as impellers and
-        pistons have seals; without any, half way between the outer bearings."""
+        """Each seal that the rotor states; else each disk that is at no bearing, as impellers and pistons have seals; without any, half way
+        between the outer bearings."""
         return _gaps(problem.rotor)
 
     def site_law(self) -> SiteLaw:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ksmea.arrays import Array
-from problems.rotor.extension.effect import RotorEffect, rotor_mass
+from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, rotor_mass
 from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
@@ -24,6 +24,8 @@ NOTICED = (0.01, 0.15)  # of the rotor's mass, are drawn
 class BearingMass(RotorEffect):
     """All bearings carry a mass."""
 
+    says = "Each bearing moves a mass of {bearing_mass_x} in x and {bearing_mass_y} in y"
+    check_next = "Mass of the bearing housings or mounts that move with the journals; an impact test at standstill."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_stiffness": "both change the bearings' stiffness with speed; a wider band, an impact test at standstill",
         "flexible_pedestal": "a pedestal softens with frequency too; a sensor on the casing",
@@ -31,13 +33,11 @@ class BearingMass(RotorEffect):
         "mass": "both lower natural frequencies; several critical speeds",
     }
 
+    extent = ALL_BEARINGS
     sizes = (
         Size("bearing_mass_x", "kg", (0.0, LARGEST), drawn=NOTICED, of=rotor_mass),
         Size("bearing_mass_y", "kg", (0.0, LARGEST), drawn=NOTICED, of=rotor_mass),
     )
-
-    def __str__(self) -> str:
-        return "all bearings"
 
     def is_offered(self, problem: RotorProblem) -> bool:
         return problem.is_as_drawn

@@ -74,6 +74,9 @@ class CubicStiffness(BearingSprings):
 
     law: ClassVar[Law] = LAWS["cubic_spring"]
 
+    words = "nonlinear bearing stiffness"
+    says = "Nonlinear bearing stiffness of {cubic_stiffness:(hardening)|(softening)}, {place}"
+    check_next = "Clearance and preload of the bearings; repeat the run with less and with more unbalance."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
         "clearance_rub": "both lean peaks; a run with more unbalance",

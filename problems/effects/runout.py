@@ -20,6 +20,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter, name_at
+from ksmea.records.statement import SizeRecord, StatementRecord
 from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
 from problems.rotor.extension.effect import (
@@ -34,7 +35,7 @@ from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 50 * MICROMETRE  # ten times what API 670 lets pass
 NOTICED = (0.3 * MICROMETRE, 15 * MICROMETRE)  # vectors as long as these are drawn
-PARTS = ("cos", "sin")  # of a vector a + ib = A (cos φ + i sin φ), φ its phase lead
+PARTS = ("x", "y")  # of a vector a + ib = A (cos φ + i sin φ), φ its phase lead
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,8 @@ class Runout(PlacedEffect):
     )
 
     adds_readings: ClassVar[bool] = True
+    says = "Runout of {runout:reading}, seen by {place:probes}"
+    check_next = "It is no fault of the rotor: record a slow-roll vector, or the probe track's surface and magnetism."
     aliases: ClassVar[Mapping[str, str]] = {
         "residual_bow": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
     }
@@ -93,9 +96,20 @@ class Runout(PlacedEffect):
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         if not self.probes:
             return super().parameters(problem)
-        words = [str(channel).replace("-", "minus ") for channel in self._channels]
-        names = [name_at(f"runout_{part}", word) for word in words for part in PARTS]
+        names = [f"{name}_{part}" for name in self.vectors() for part in PARTS]
         return tuple(Parameter(name, "µm", MICROMETRE, -LARGEST, LARGEST) for name in names)
+
+    def vectors(self) -> Sequence[str]:
+        if not self.probes:
+            return super().vectors()
+        return [name_at("slow_roll_of", str(channel).replace("-", "minus ")) for channel in self._channels]
+
+    def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        said = super().statement(sizes)
+        if not self.probes:
+            return said
+        of_probes = (f"{{{name}:reading}} in {channel}" for name, channel in zip(self.vectors(), self._channels))
+        return dataclasses.replace(said, sentence=f"Slow roll of {', '.join(of_probes)}")
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
         return np.concatenate([super(Runout, self).draw(problem, rng) for _ in range(max(1, len(self.probes)))])

@@ -30,10 +30,10 @@ def test_each_probe_reads_its_own_constant_and_others_read_none():
     # beside responses of up to 1e-2 m
     assert added == pytest.approx(np.tile([expected.get(each, 0) for each in PLAIN.channels], (14, 1)), abs=1e-15)
     assert problem.parameters.names[-4:] == (
-        "runout_cos_y_at_0_5_m",
-        "runout_sin_y_at_0_5_m",
-        "runout_cos_x_at_0_1_m",
-        "runout_sin_x_at_0_1_m",
+        "slow_roll_of_y_at_0_5_m_x",
+        "slow_roll_of_y_at_0_5_m_y",
+        "slow_roll_of_x_at_0_1_m_x",
+        "slow_roll_of_x_at_0_1_m_y",
     )
 
 

@@ -148,7 +148,7 @@ def _rows(cell: Cell, record: IdentifiabilityRecord) -> Iterator[dict[str, Any]]
 
 
 def _joint_rows(rows: list[dict[str, Any]], record: IdentifiabilityRecord) -> Iterator[dict[str, Any]]:
-    """What each printed column claims as a whole; a column that claims nothing has no row."""
+    """Claims of each printed column as a whole; a column that claims nothing has no row."""
     correlation = np.array(record.correlation, dtype=float)
     for column in dict.fromkeys(row["column"] for row in rows):
         of_column = [row for row in rows if row["column"] == column]
@@ -211,7 +211,7 @@ def audit_text(frame: pd.DataFrame) -> str:
     )
     return "\n".join(
         [
-            "printed errors beside the Cramér–Rao lower bound (CRLB, 1 σ, %): possible/lucky/impossible",
+            "printed errors against the Cramér–Rao lower bound (CRLB, 1 σ, %): possible/lucky/impossible",
             aligned(head, lines),
             key,
             f"{TOGETHER}: the columns of the table, each by the joint chance of all its errors",

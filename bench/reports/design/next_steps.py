@@ -1,4 +1,4 @@
-"""What to do after a study, as commands with the words that chose its rotor and its measurement."""
+"""Next steps after a study, as commands with the arguments of its rotor and measurement."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ksmea.errors import visible
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identification import IdentificationRecord, LackOfFit
 
-KEPT = ("problem", "measurement", "plugins", "seed")  # groups of settings that say which rotor and data
+KEPT = ("problem", "measurement", "plugins", "seed", "units")  # groups of settings that say which rotor and data
 MEASURED = ("file", "campaign")
 
 

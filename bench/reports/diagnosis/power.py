@@ -1,4 +1,4 @@
-"""What a diagnosis sees and what it calls it, counted over draws: detection against size, confusion, and coverage.
+"""Power of a diagnosis, counted over draws: detection against size, confusion, and coverage.
 
 A draw counts as detected where the verdict says that the model is wrong. The chance of that follows from the deviance that
 the effect is expected to leave: a noncentral χ² with as many degrees of freedom as the effect has unknowns, against the

@@ -1,4 +1,4 @@
-"""What a diagnosis sees, as tables, figures and a page."""
+"""Power of a diagnosis as tables, figures and a page."""
 
 from __future__ import annotations
 
@@ -61,13 +61,13 @@ class DiagnosisPowerReport(Report):
 
 
 def about(with_effect: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) -> str:
-    """What the tables count, in a sentence or two."""
+    """Sentences on the contents of the tables."""
     seconds = pd.concat([with_effect["seconds"], right["seconds"]])
     return (
         f"{len(seconds)} of {len(runs)} runs have a result, {len(right)} of them of right models; tables by effect and kind count draws that"
         f" are expected to leave a deviance of {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. Where a limit or the loss of"
         " stability comes first, the size is the largest possible one, which leaves less, and fewer are detected. A data set takes"
-        f" {seconds.median():.1f} s of a core in the median, {seconds.quantile(0.9):.1f} s at most for nine of ten."
+        f" {seconds.median():.1f} CPU seconds (median), {seconds.quantile(0.9):.1f} s at most for nine of ten."
     )
 
 
@@ -102,7 +102,7 @@ def in_words(counts: pd.DataFrame) -> pd.DataFrame:
 
 
 def alarms_in_words(right: pd.DataFrame) -> pd.DataFrame:
-    """False alarms as a table for people; empty where no run hides nothing."""
+    """False alarms as a table for people; empty if no run hides nothing."""
     if right.empty:
         return pd.DataFrame()
     found = false_alarms(right)

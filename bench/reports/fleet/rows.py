@@ -1,4 +1,4 @@
-"""What a fleet's table says of one machine: its diagnosis or its identification in a row."""
+"""Row of a fleet's table: diagnosis or identification of one machine."""
 
 from __future__ import annotations
 

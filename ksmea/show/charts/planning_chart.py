@@ -1,4 +1,4 @@
-"""What each candidate of a plan gives by itself, the chosen ones marked: a panel for each family, over speed or position."""
+"""Gain of each candidate of a plan by itself, the chosen ones marked: a panel per family, over speed or position."""
 
 from __future__ import annotations
 
@@ -151,5 +151,5 @@ def _shown(record: PlanningRecord, family: Family) -> Array:
 
 
 def _unplanned(record: PlanningRecord, family: Family) -> float | None:
-    """The reduction by as many data without a plan, %; None where it is not drawn."""
+    """The reduction by as many data without a plan, %; None if it is not drawn."""
     return family.steps[0].unplanned_reduction_pct if family.family in UNPLANNED and not _counts_prior(record) else None

@@ -262,7 +262,7 @@ def _top(disk: DiskOutline, layout: RotorLayout) -> float:
 
 @dataclass(frozen=True)
 class _Mark:
-    """What is drawn above one place (m): lines of words with their colours."""
+    """Words above one place (m), in lines with their colours."""
 
     place: float
     lines: tuple[tuple[str, str], ...]

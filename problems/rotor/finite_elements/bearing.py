@@ -22,7 +22,7 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
@@ -53,7 +53,7 @@ class SpeedTable:
         if len(self.rows) != len(self.speed):
             raise SettingError(f"rows of a table: expected {len(self.speed)}, one for each speed, got {len(self.rows)}")
         if not np.all(np.abs(np.array(self.rows)) <= LARGEST):
-            raise SettingError("rows of a table: expected numbers, got one that is none")
+            raise SettingError("rows of a table: expected numbers, got a value that is not a number")
 
     def at(self, speed: Array) -> Array:
         """(n_speed, n_column) at speeds (n_speed,) rad/s."""
@@ -67,8 +67,8 @@ class SpeedTable:
         return rows
 
     @cached_property
-    def _interpolator(self) -> PchipInterpolator:
-        return PchipInterpolator(np.array(self.speed), np.array(self.rows), axis=0)
+    def _interpolator(self) -> scipy.interpolate.PchipInterpolator:
+        return scipy.interpolate.PchipInterpolator(np.array(self.speed), np.array(self.rows), axis=0)
 
     @cached_property
     def _kept(self) -> OrderedDict[bytes, Array]:
