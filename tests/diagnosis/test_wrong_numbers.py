@@ -108,3 +108,15 @@ def test_probes_of_one_plane_that_are_swapped_are_said_to_be():
     assert found.verdict == "misread" and "x and y are swapped at 0.51 m alone" in found.record.reading
     held = [row.before.holds(TRUE_PUMP[row.name]) for row in found.record.coefficients if row.name in TRUE_PUMP]
     assert len(held) == len(TRUE_PUMP) and sum(held) >= len(TRUE_PUMP) - 1  # of seven 95 % intervals one may miss
+
+
+def test_probes_on_housings_are_located_nowhere():
+    """Probes that are stated to look at the shaft from the ground and move with the bearings' housings: forces at many places do as
+    much, and none of them is where anything acts."""
+    supports = CASES.parent / "supports"
+    if not supports.exists():
+        pytest.skip(f"no cases at {supports}; KSMEA_DATA names the directory of public data beside them")
+    rotor = ksmea.load_problem(str(supports / "rotor.yaml"))
+    data = ksmea.read_measurement(str(supports / "relative.csv"))
+    found = ksmea.locate(rotor, data)
+    assert found.record.is_spread and "spread over the shaft" in str(found)
