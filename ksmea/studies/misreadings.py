@@ -45,19 +45,40 @@ SCREENING, STARTS, START_DISTANCE, FIRST_ITERATIONS, ITERATIONS, SURVIVORS = 102
 TOLERANCE = 1e-2  # of a deviance
 
 
+@dataclass(frozen=True)
+class Misread:
+    """Readings that fit about as well as the best one, each with its fit, and the data fitted as they were read."""
+
+    found: tuple[tuple[Reading, Fit], ...]
+    as_read: Fit
+
+    @property
+    def best(self) -> tuple[Reading, Fit]:
+        return min(self.found, key=lambda each: each[1].deviance)
+
+    def __str__(self) -> str:
+        return _text(self.found, self.as_read)
+
+
 def misreadings(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> tuple[str, ...]:
-    """A remark on the readings that fit best; empty unless the fit is bad. `x` (d,) SI and `noise` belong to the fit. It is bad if
+    """A remark on the readings that fit best; empty if none does (`misread`)."""
+    found = misread(case, x, noise, rejected=rejected)
+    return () if found is None else (str(found),)
+
+
+def misread(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> Misread | None:
+    """The readings that fit decisively better; None unless the fit is bad. `x` (d,) SI and `noise` belong to the fit. It is bad if
     the lack-of-fit test `rejected` it or the noise, if estimated, is implausibly large.
 
-    Also empty if the many fits may take long: for a problem without a sensitivity, or with unknowns that are costly to change.
+    None also if the many fits may take long: for a problem without a sensitivity, or with unknowns that are costly to change.
     """
     if noise is None or noise.is_absent or not case.problem.has_sensitivity or len(case.problem.costly):
-        return ()
+        return None
     case = case.at_1x()
     problem = case.problem
     too_noisy = case.measurement.noise is None and _share(noise, problem.response(x[None])[0]) > PLAUSIBLE
     if not (rejected or too_noisy):
-        return ()
+        return None
     data = dataclasses.replace(case.measurement, noise=None)
     likelihood = likelihood_of(case.of_measurement(data))
     start = likelihood.start(np.clip(problem.parameters.to_cube(x), 0.0, 1.0))
@@ -67,8 +88,8 @@ def misreadings(case: Case, x: Array, noise: Noise | None, *, rejected: bool) ->
         as_read = _converged(again)
     for ways in (readings(data), double_readings(data)):
         if found := _better(problem, ways, as_read):
-            return (_text(found, as_read),)
-    return ()
+            return Misread(tuple(found), as_read)
+    return None
 
 
 def _better(problem: Problem, ways: Iterable[Reading], as_read: Fit) -> list[tuple[Reading, Fit]]:

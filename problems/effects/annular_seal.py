@@ -67,9 +67,14 @@ class AnnularSeal(SeatedEffect):
         Size("seal_damping", "kN s/m", (0.0, MOST_DAMPING), drawn=NOTICED_DAMPING, of=_damping_scale),
     )
 
+    def is_offered(self, problem: RotorProblem) -> bool:
+        """Of machines as drawn where the drawing has a seal, which may be another than that."""
+        return bool(problem.rotor.seals) or not problem.is_as_drawn
+
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        """Each disk that is at no bearing: impellers and pistons have seals; without any, half way between the outer bearings."""
-        return _gaps(problem.rotor)
+        """Each seal that the rotor has; else each disk that is at no bearing: impellers and pistons have seals; without any, half way
+        between the outer bearings."""
+        return [seal.position for seal in problem.rotor.seals] or _gaps(problem.rotor)
 
     def site_law(self) -> SiteLaw:
         coefficients = (("k", "MN/m", MEGANEWTON_PER_METRE), ("d", "kN s/m", KILONEWTON_SECOND_PER_METRE))

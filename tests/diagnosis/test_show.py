@@ -98,6 +98,16 @@ def test_verdicts_without_a_cause():
     assert "The nearest is runout" in text(changed(verdict="unknown"))
 
 
+def test_a_verdict_without_an_explanation_prints_no_interval_of_a_model_that_is_rejected():
+    """Neither of the model as given nor of the nearest effect, whose values and predictive gain are left out."""
+    named, unknown = text(RECORD), text(changed(verdict="unknown"))
+    [unit] = {row.before.unit for row in RECORD.coefficients if row.name == "kxx"}
+    [kxx] = [line for line in unknown.splitlines() if line.split()[:1] == ["kxx"]]
+    assert "[" in named and "[" not in unknown and kxx.endswith(unit) and len(kxx.split()) == 3
+    assert "Values of the model as given, which is rejected; no interval holds for them:" in unknown
+    assert "left-out data" not in unknown and "after" not in unknown.replace("left over", "")
+
+
 @pytest.mark.parametrize(
     ("n_channel", "said"),
     [(3, "+experiment=locate tells at which places"), (2, "Amplitudes and phases of 3 channels or more would tell")],

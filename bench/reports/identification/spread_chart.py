@@ -16,8 +16,6 @@ from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Po
 from ksmea.show.charts.colours import INTERVAL, PAPER, REFERENCE
 
 COLUMNS = 3  # of panels: more are too small to read
-MAX_LABELS = 12  # more cells than this are numbered, not named
-EACH = 5  # of these cells are numbered
 WIDE = 50.0  # largest to smallest value, from which on an axis is logarithmic
 LONG = 6  # characters, from which on names of cells stand upright
 BEYOND = 0.1  # of the spread of all that is drawn: as far behind it an open side ends
@@ -147,8 +145,7 @@ def _is_wide(values: Sequence[Array]) -> bool:
 
 
 def _labels(plan: Plan, cells: list[int]) -> dict[float, str]:
-    if len(cells) > MAX_LABELS:
-        return {float(at): str(cell + 1) for at, cell in enumerate(cells) if at % EACH == 0}
+    """Names of cells, never numbers."""
     axes = telling_axes(plan)
     return {
         float(at): " / ".join(place_text(plan.cells[cell].place.get(axis)) for axis in axes)

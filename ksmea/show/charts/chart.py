@@ -166,9 +166,15 @@ class Area(Element):
 
 @dataclass(frozen=True)
 class Heat(Element):
-    """A table of shares (n_row, n_column), 0 to 1, as darkness; row 0 is at y = 0. Shares above 0 are written, in per cent."""
+    """A table of shares (n_row, n_column), 0 to 1, as darkness; row 0 is at y = 0. Its words are written in it; without any, shares
+    above 0 in per cent."""
 
     shares: Array
+    words: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def written(self) -> tuple[tuple[str, ...], ...]:
+        return self.words or tuple(tuple(f"{100 * share:.0f}" if share > 0 else "" for share in row) for row in self.shares)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ whose solutions with Ω² > 0 are the critical speeds, all at once. A thin disk 
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.rotordynamics.whirl import Campbell, Mode, direction_of_whirl

@@ -33,7 +33,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import DIRECTIONS
