@@ -31,6 +31,7 @@ from functools import partial
 import numpy as np
 
 from ksmea.diagnosis.further_measurement import Split, best_split
+from ksmea.diagnosis.kin import with_kin
 from ksmea.diagnosis.model_averaging import Averaged, averaged
 from ksmea.diagnosis.observability import Detectable, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
@@ -209,7 +210,7 @@ def _last_state(baseline: BaselineFits, found: Sequence[Candidate], search: Sear
     """The state after all steps, which start again from any better fit of the baseline model that one of them finds."""
     quality, trials = fit_quality(baseline.best, search.rng), fitted(baseline.best, found, search)
     state = _State(criteria, tuple(found), baseline, quality, tuple(trials))
-    for step in (_moved, _refined, _moved, _settled, _collinear, _rivals_tested, _explained, _collinear):
+    for step in (_moved, _refined, _with_kin, _moved, _settled, _collinear, _rivals_tested, _explained, _collinear):
         state = step(state, search)
         if state.baseline is not baseline:
             return _last_state(state.baseline, found, search, criteria)
@@ -238,6 +239,13 @@ def _refined(state: _State, search: Search) -> _State:
     if found and not _looks_like_noise(fit_quality(polished(found[0].fit), search.rng), state.level):
         found = refined(found, state.baseline, search.with_effort(search.effort, from_force=False))
     return dataclasses.replace(state, trials=tuple(found))
+
+
+def _with_kin(state: _State, search: Search) -> _State:
+    """The trials with the wider forms of the lead."""
+    if state.lead is None:
+        return state
+    return dataclasses.replace(state, trials=tuple(with_kin(state.lead, state.trials, state.baseline.best, search)))
 
 
 def _looks_like_noise(quality: FitQuality, level: float) -> bool:
@@ -286,7 +294,8 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> _Explained:
     alone = _with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
     leaves_noise = alone.quality.p >= level
     firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
-    pairs = pairs_beside(firsts, trials, state.baseline, search, is_scanned=not leaves_noise)
+    seconds = [trial for trial in trials if trial.candidate in state.candidates]  # without kin, which are pairs of their own
+    pairs = pairs_beside(firsts, seconds, state.baseline, search, is_scanned=not leaves_noise)
 
     def best_of(pairs: Sequence[Explanation]) -> list[Explanation]:
         limit = alone.best.delta_bic + NEAR

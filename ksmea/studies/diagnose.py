@@ -155,7 +155,7 @@ def diagnosis(
     found = diagnose(case, effects, Search(rng, options.effort, workers), options.criteria)
     stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
     problem = case.problem
-    remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated)
+    remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated, *caveats(found))
     record = diagnosis_record(found, fine=report.fine)
     case = found.baseline.case  # with the noise that it goes by
     if options.locate and record.verdict in WRONG and not missing_to_locate(case.problem, case.measurement.kind):
@@ -183,6 +183,12 @@ def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisR
     if record.verdict != "unknown" or not where.is_local:
         return found
     return dataclasses.replace(found, verdict="located", stability=None)  # that was of a model which is wrong
+
+
+def caveats(found: Diagnosis) -> tuple[str, ...]:
+    """Remarks of the named effects on the values of a model that has them."""
+    named = {candidate.name: candidate.effect.caveat for candidate in found.applied if found.named}
+    return tuple(f"{name}: {caveat}" for name, caveat in named.items() if caveat)
 
 
 def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:

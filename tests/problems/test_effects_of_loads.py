@@ -162,7 +162,7 @@ def test_run_up_and_run_down_of_a_campaign_differ_by_what_has_grown_between():
     grown = np.linspace(0, 0.5, 9)[:, None]
     assert up - PLAIN.response(REFERENCE[None])[0] == pytest.approx(grown * whole, rel=1e-8)
     assert down - up == pytest.approx((1 - 2 * grown) * whole, rel=1e-7, abs=1e-12)
-    assert str(place) == "runs up and down"
+    assert str(place) == "half sine between the bearings in runs up and down"
 
 
 def test_runs_that_all_go_one_way_start_cold():
