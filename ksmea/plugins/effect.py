@@ -43,7 +43,6 @@ class Effect(Settings, Generic[Seen]):
     # Effects that can look alike, by name, and what separates them. Default: empty.
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
     if_nowhere: ClassVar[str] = "leave it out"  # what a message says to do where a problem has no location for it
-    caveat: ClassVar[str] = ""  # remark on the values of a model that has it; a sentence that its name begins. Default: none.
     # Whether it is fitted from values all over its limits, as an effect that moves or hides resonances requires. Default: True.
     is_scanned: ClassVar[bool] = True
 
@@ -55,6 +54,10 @@ class Effect(Settings, Generic[Seen]):
         """Wider forms of this effect, such as a bow in two shapes, with other values of what the model has: if this effect explains the
         data, those that do so as well are further explanations by its name. Default: empty."""
         return ()
+
+    def caveat(self, problem: Seen) -> str:
+        """Remark for a diagnosis that names it, a sentence that follows its name and a colon. Default: empty, no remark."""
+        return ""
 
     def is_offered(self, problem: Seen) -> bool:
         """Whether it is tried on a problem even if its name is not given. Default: True."""

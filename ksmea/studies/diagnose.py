@@ -186,9 +186,10 @@ def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisR
 
 
 def caveats(found: Diagnosis) -> tuple[str, ...]:
-    """Remarks of the named effects on the values of a model that has them."""
-    named = {candidate.name: candidate.effect.caveat for candidate in found.applied if found.named}
-    return tuple(f"{name}: {caveat}" for name, caveat in named.items() if caveat)
+    """Remarks of the named effects."""
+    machine, applied = found.baseline.problem.machine, found.applied if found.named else ()
+    said = {each.name: each.effect.caveat(machine) for each in applied}
+    return tuple(f"{name}: {caveat}" for name, caveat in said.items() if caveat)
 
 
 def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:

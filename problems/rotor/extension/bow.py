@@ -58,10 +58,6 @@ class Bow(RotorEffect):
     )
 
     vector: ClassVar[str]  # name of its unknowns
-    caveat: ClassVar[str] = (
-        "the shape of the bend decides the unbalance, and the data hardly determine that shape: go by the averaged values, which are over"
-        " the shapes that fit about as well; a run with a trial weight, or the bend measured at standstill, makes them narrower"
-    )
 
     @property
     def sizes(self) -> Sequence[VectorSize]:
@@ -85,6 +81,14 @@ class Bow(RotorEffect):
         """In two shapes."""
         shapes = bow_shapes(problem.rotor) if problem.is_as_drawn else []
         return [self._bent([*pair]) for pair in combinations(shapes, 2)]
+
+    def caveat(self, problem: RotorProblem) -> str:
+        if not self.kin(problem):
+            return ""
+        return (
+            "the shape of the bend decides the unbalance, and the data hardly determine that shape; use the averaged values, which are over"
+            " the shapes that fit about as well, and run with a trial weight or measure the bend at standstill for narrower intervals"
+        )
 
     def _bent(self, shapes: list[str]) -> Self:
         return dataclasses.replace(self, shapes=shapes)
