@@ -26,7 +26,7 @@ EXPECTED = {
     "cross_coupling_antisymmetric": 1,
     "cross_coupling_symmetric": 1,
     "cubic_stiffness": 1,
-    "flexible_pedestal": 3,
+    "flexible_pedestal": 4,
     "foundation_resonance": 2,
     "internal_damping": 1,
     "local_force": 1,
