@@ -31,7 +31,7 @@ from ksmea.errors import SettingError
 from ksmea.problem.load import FORCE, LOADS, MOMENT
 from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
-from problems.rotor.extension.effect import RotorEffect, is_near
+from problems.rotor.extension.effect import RotorEffect, distinct_places, is_near
 from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.finite_elements.assembly import assemble_free, displacement_row
 from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
@@ -121,11 +121,7 @@ def _loaded_places(rotor: Rotor) -> list[float]:
     seats = [*(disk.position for disk in rotor.disks), *rotor.couplings]
     stations = sorted([0.0, rotor.length, *seats, *(bearing.position for bearing in rotor.bearings)])
     middles = [(left + right) / 2 for left, right in pairwise(stations) if right - left > LONG_SPAN * rotor.length]
-    found: list[float] = []
-    for place in (*seats, *middles):
-        if not any(is_near(place, other) for other in found):
-            found.append(place)
-    return found
+    return distinct_places([*seats, *middles])
 
 
 def in_words(shape: str) -> str:

@@ -153,6 +153,15 @@ def is_near(position: float, other: float) -> bool:
     return abs(position - other) <= SAME_PLACE
 
 
+def distinct_places(positions: Iterable[float]) -> list[float]:
+    """Positions (m) in their order, each once, whatever its rounding."""
+    found: list[float] = []
+    for position in positions:
+        if not any(is_near(position, other) for other in found):
+            found.append(position)
+    return found
+
+
 def planes(problem: RotorProblem) -> list[float]:
     """Where the probes look, each position once, m."""
     return list(dict.fromkeys(channel.position for channel in problem.channels))

@@ -1,4 +1,4 @@
-"""What carries a rotor differs from the model: unequal bearings and pedestals, hidden in data of another route, with the values of the bearings."""
+"""Causes on rotors that were drawn: unequal bearings, pedestals and hubs, hidden in data of another route, with the values of the bearings."""
 
 import os
 from pathlib import Path
@@ -9,6 +9,7 @@ import pytest
 import ksmea
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
 from problems.rotor_file import RotorFile
 
 CASES = (
@@ -99,3 +100,21 @@ def test_pedestals_are_named_with_the_truth_in_their_intervals_whatever_the_limi
     true = {"u": 200, "kxx": 5, "kyy": 8, "pedestal_compliance_x": 60, "pedestal_compliance_y": 40}
     for unknown, value in {**true, "pedestal_loss_factor": 3}.items():
         assert after[unknown].holds(value), f"{unknown} {after[unknown]}"
+
+
+def test_a_hub_wider_than_its_disk_is_named_with_what_is_known_of_its_width(tmp_path):
+    """EI is 3.5 times as high over 140 mm, where the disk is 50 mm thick; the mesh of the data is four times as fine."""
+    file = rotor_file(tmp_path, [(1, 2)])
+    hub = registry.create("effect", "hub_stiffening", {"position": 0.5, "width": 0.14})
+    hidden = hub.added_to(RotorFile(file, mesh=48).build())
+    units = np.array([item.si_per_unit for item in hidden.parameters])
+    truth = np.array([200, *(value for _, _, value in COEFFICIENTS.values()), 250])
+    data = measured(hidden, truth * units, seed=5)
+    effects = ["hub_stiffening", "youngs_modulus", "mass", "disk_mass", "disk_inertia"]
+    record = ksmea.diagnose(ksmea.load_problem(file), data, effects=effects, locate=False, split=False).record
+    assert (record.verdict, record.named) == ("named", ("hub_stiffening",))
+    assert record.locations == ("at 0.5 m with a width that changes from 50 mm",)
+    after = {row.name: row.after for row in record.coefficients}
+    assert after["hub_stiffening"].holds(250) and after["hub_width_change"].holds(180)
+    for name, value in zip(["u", *COEFFICIENTS], truth):
+        assert after[name].holds(value), name
