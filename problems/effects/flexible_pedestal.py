@@ -18,7 +18,7 @@ from typing import ClassVar
 from ksmea.arrays import Array
 from ksmea.settings.settings import setting
 from ksmea.units import MILLIMETRE
-from problems.rotor.extension.effect import RotorEffect, rotor_mass
+from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, rotor_mass
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.bearing import Support
 from problems.rotor.free_motion.static_load import GRAVITY
@@ -36,10 +36,14 @@ NOTICED_MASS = (0.06, 0.3)  # of the rotor, are drawn
 class FlexiblePedestal(RotorEffect):
     """What carries the bearings gives way, and has a mass."""
 
+    extent = ALL_BEARINGS
     loss_factor: float | None = setting(
         None, "η of the pedestals' springs, if it is known; null: an unknown", above=0, at_most=1
     )
 
+    words = "flexible pedestals"
+    says = "The pedestals yield by {pedestal_compliance_x} in x and {pedestal_compliance_y} in y, with a mass of {pedestal_mass} each"
+    check_next = "Foundation bolts, grout and pedestal; measure casing vibration at both bearings."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_stiffness": "a pedestal's mass softens it with speed too; a sensor on the casing",
         "foundation_resonance": "a block moves all bearings alike; sensors on the casings of two bearings, or on the foundation",

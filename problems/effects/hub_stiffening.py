@@ -20,6 +20,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.settings.settings import setting
 from ksmea.units import MILLIMETRE
 from problems.rotor.extension.effect import SeatedEffect
@@ -49,6 +50,8 @@ class HubStiffening(SeatedEffect):
 
     is_width_free: bool = setting(False, "whether the width is an unknown, as its change")
 
+    says = "The hub {place} makes the shaft {hub_stiffening} stiffer in bending"
+    check_next = "Shrink fit and width of this hub in the rotor file."
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both stiffen the shaft; several critical speeds, whose modes bend that place differently",
         "mass": "both move all modes; several critical speeds, whose modes bend that place differently",
@@ -67,6 +70,14 @@ class HubStiffening(SeatedEffect):
         if not self.is_width_free or self.width is None:
             return super().__str__()
         return f"{super().__str__()} with a width that changes from {self.width / MILLIMETRE:.3g} mm"
+
+    def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        stated = super().statement(sizes)
+        if not self.is_width_free or self.width is None:
+            return stated
+        width = f"{{hub_width_change:wider|narrower}} than {self.width / MILLIMETRE:.3g} mm"
+        sentence = f"The hub {super().__str__()} is {width} and makes the shaft {{hub_stiffening}} stiffer in bending"
+        return dataclasses.replace(stated, sentence=sentence)
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         return list(dict.fromkeys(disk.position for disk in problem.rotor.disks))

@@ -16,9 +16,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import DIRECTIONS
+from ksmea.plugins.effect import ORBIT, SizeRecord, StatementRecord
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import RotorEffect, column
 from problems.rotor.extension.sizes import Size
@@ -39,6 +42,8 @@ class UnequalBearings(RotorEffect):
     bearing: int = setting(1, "which one differs, as the rotor file counts", at_least=1)
     changes: str = setting(STIFFNESS, "which of its coefficients differ", choices=tuple(CHANGES))
 
+    picture = ORBIT
+    check_next = "Clearance and static load of both bearings."
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
         "bearing_position": "both change the share of each bearing; measure the width over which it carries",
@@ -74,6 +79,17 @@ class UnequalBearings(RotorEffect):
         positions = [bearing.position for bearing in problem.rotor.bearings]
         return positions if len(positions) == 2 else positions[self.bearing - 1 : self.bearing]  # of two, either differs
 
+    def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        """Both axes in one if they agree."""
+        said: list[str] = []
+        used: dict[str, SizeRecord] = {}
+        for part in CHANGES[self.changes]:
+            phrase, own = _difference({axis: sizes[f"{part}_difference_{axis}"] for axis in DIRECTIONS}, part)
+            said.append(phrase)
+            used |= own
+        sentence = f"Bearing {self.bearing} {' and '.join(said)} than the others"
+        return dataclasses.replace(super().statement(sizes), sentence=sentence, sizes=used)
+
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
         changed, own = impedance.copy(), self.bearing - 1
         for index, part in enumerate(CHANGES[self.changes]):
@@ -81,6 +97,19 @@ class UnequalBearings(RotorEffect):
             for axis in (0, 1):
                 of[own, axis, axis] *= 1 + column(theta[:, 2 * index + axis])
         return changed
+
+
+def _difference(sizes: Mapping[str, SizeRecord], part: str) -> tuple[str, dict[str, SizeRecord]]:
+    """What is said of a bearing's stiffness or damping, 'is {…:stiffer|softer} in x and y', and its sizes by the names in it."""
+    verb, words = ("is", "stiffer|softer") if part == STIFFNESS else ("damps", "more|less")
+    x, y = sizes["x"], sizes["y"]
+    if x.holds(y.value) and y.holds(x.value):
+        return f"{verb} {{{part}:{words}}} in x and y", {part: min(x, y, key=_width)}
+    return f"{verb} {{{part}_x:{words}}} in x and {{{part}_y:{words}}} in y", {f"{part}_x": x, f"{part}_y": y}
+
+
+def _width(size: SizeRecord) -> float:
+    return np.inf if size.low is None or size.high is None else size.high - size.low
 
 
 def _possible(shared: set[str]) -> list[str]:

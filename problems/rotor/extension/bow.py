@@ -19,7 +19,7 @@ flexible rotor, J. Eng. Power 98 (1976) 171–189; Friswell, Penny, Garvey & Lee
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import ClassVar, Self
@@ -28,6 +28,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.problem.load import FORCE, LOADS, MOMENT
 from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
@@ -58,6 +59,7 @@ class Bow(RotorEffect):
     )
 
     vector: ClassVar[str]  # name of its unknowns
+    bends: ClassVar[str]  # the beginning of the sentence about it
 
     @property
     def sizes(self) -> Sequence[VectorSize]:
@@ -66,6 +68,11 @@ class Bow(RotorEffect):
 
     def __str__(self) -> str:
         return " and ".join(map(in_words, self.shapes))
+
+    def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        """Each shape with its size."""
+        parts = [f"by {{{name}}} {_where(shape)}" for name, shape in zip(self.vectors(), self.shapes, strict=True)]
+        return dataclasses.replace(super().statement(sizes), sentence=f"{self.bends} {' and '.join(parts)}")
 
     def check(self) -> None:
         if not 1 <= len(set(self.shapes)) == len(self.shapes) <= 2:
@@ -130,6 +137,11 @@ def in_words(shape: str) -> str:
         return IN_WORDS[shape]
     kind, place = _load_of(shape)
     return f"as under a {kind} at {place:g} m"
+
+
+def _where(shape: str) -> str:
+    """Where a shape has its size."""
+    return "in its middle" if shape in IN_WORDS else f"at most, {in_words(shape)}"
 
 
 def _load_of(shape: str) -> tuple[str, float]:
