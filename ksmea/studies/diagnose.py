@@ -41,6 +41,7 @@ from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
 from ksmea.studies.diagnosis_remarks import (
+    caveats,
     effect_record,
     estimated_record,
     stated_effects,
@@ -186,13 +187,6 @@ def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisR
     if record.verdict != "unknown" or not where.is_local:
         return found
     return dataclasses.replace(found, verdict="located", stability=None)  # that was of a model which is wrong
-
-
-def caveats(found: Diagnosis) -> tuple[str, ...]:
-    """Remarks of the named effects."""
-    machine, applied = found.baseline.problem.machine, found.applied if found.named else ()
-    said = {each.name: each.effect.caveat(machine) for each in applied}
-    return tuple(f"{name}: {caveat}" for name, caveat in said.items() if caveat)
 
 
 def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:

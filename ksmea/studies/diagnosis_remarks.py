@@ -53,6 +53,13 @@ def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[st
     return ()
 
 
+def caveats(found: Diagnosis) -> tuple[str, ...]:
+    """Remarks of the named effects."""
+    machine, applied = found.baseline.problem.machine, found.applied if found.named else ()
+    said = {each.name: each.effect.caveat(machine) for each in applied}
+    return tuple(f"{name}: {caveat}" for name, caveat in said.items() if caveat)
+
+
 def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, ...]:
     """Whether the two rates agree, and whether the speed went at a constant one; nothing where no rate is known."""
     if history is None or history.rates is None or history.rate is None:
