@@ -11,9 +11,10 @@ import webbrowser
 from pathlib import Path
 
 from bench.commands.folders import folders
+from bench.plan.plan import PLAN_FILE
 from bench.reports.collect import collect
 from bench.reports.pages.experiment import PAGE
-from bench.reports.pages.index import write_index
+from bench.reports.pages.index import page_facts, write_index
 from ksmea.errors import SettingError, visible
 
 RESULTS = Path("results")
@@ -31,6 +32,9 @@ def open_page(words: list[str]) -> int:
 
 
 def _page_of(word: str) -> Path:
+    folder = RESULTS / word
+    if not (folder / PLAN_FILE).is_file() and "study" in page_facts(folder):
+        return folder / PAGE  # of a command that makes a page by itself, such as draw
     first, *others = found = folders([word], "open")
     if others or Path(word).resolve() == first.parent.resolve():
         for each in found:

@@ -116,8 +116,9 @@ class Composer:
         return not _of_plugin(choice) or self._has(choice.key, groups)
 
     def _standard(self, groups: Mapping[str, str]) -> Iterable[str]:
-        """What the experiment sets of the plugins chosen at a point, as far as they have it."""
-        for key, value in sorted(self.outline.standard.items(), key=lambda item: names_plugin(item[0])):
+        """Settings of the experiment for the plugins chosen at a point, as far as they have them."""
+        standard = {**self.compared, **self.outline.standard}
+        for key, value in sorted(standard.items(), key=lambda item: names_plugin(item[0])):
             said = plugin_setting(key)
             if said is None or "." in said.setting:
                 raise SettingError(f"expected GROUP.SETTING or GROUP.PLUGIN.SETTING, got {key}", setting="standard")
@@ -126,6 +127,16 @@ class Composer:
             chosen = groups.get(said.group, self.outline[said.group].name)
             if _names(said, chosen) and said.setting in _settings(said.group, chosen):
                 yield override(said.short, value)
+
+    @cached_property
+    def compared(self) -> Mapping[str, Any]:
+        """Settings that leave optimisers as they are where the command line sweeps them: a local search after each would end at one
+        optimum, whichever came before it. What is given stays."""
+        if len(self._swept.get("optimizer", ())) < 2:
+            return {}
+        given = {short(each.key) for each in self._fixed} | {short(key) for key in self._swept}
+        blocks = {short(key) for block in self.blocks for key in block}
+        return {key: False for key in AFTER_SEARCH if key not in given | blocks}
 
     def _is_meant(self, key: str, groups: Mapping[str, str]) -> bool:
         """Whether a key of the grid or of a sweep is for a point: a setting of a plugin that is swept or names its plugin,
@@ -179,6 +190,9 @@ class Composer:
         is_fixed = any(choice.key == group for choice in self._fixed)  # and has left the grid
         for block in [{}] if is_fixed else self.blocks:
             yield from listed(block.get(group, self.outline[group].name))
+
+
+AFTER_SEARCH = ("method.polish", "method.final_step")
 
 
 def _of_plugin(choice: Choice) -> bool:

@@ -24,7 +24,7 @@ from bench.command_line.word_shapes import NAMED
 from bench.plan.assumed_values import assumed_values_in_errors, with_assumed_values
 from bench.plan.composer import Composer, Compositions
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
-from bench.plan.folder import require_own_folder
+from bench.plan.folder import own_folder, require_own_folder
 from bench.plan.left_out import left_out_lines, outside_in, planning, with_usable
 from bench.plan.parameter_facts import FactsOfCells
 from bench.plan.plan import Cell, Plan, ReportSettings, all_runs, is_file_name, own_seed
@@ -143,19 +143,35 @@ class Experiment:
             cells=cells,
             runs=all_runs(cells, config.repetitions, versions),
             plugins={word: path for cell in cells for word, path in plugin_files(cell.settings).items()},
-            notes=tuple(left_out),
+            notes=(*left_out, *_compared(composer, cells)),
         )
         working = tuple(override(key, config[key]) for key in WORKING)
         output = Path(config.output).absolute()
-        require_own_folder(plan, output)
+        if any(choice.key == "output" for choice in words):
+            require_own_folder(plan, output)
+        else:
+            output = own_folder(plan, output)
         if config.table is not None:
             report_named(config.table).check_plan(plan)
         shared = tuple(map(Path, [*config.share, *share]))
         return cls(plan, output, config.batches, shared, working, has_left_out=bool(left_out))
 
 
+def _compared(composer: Composer, cells: Sequence[Cell]) -> list[str]:
+    """A note on local searches that are off because optimisers are compared."""
+    off = [
+        key
+        for key in composer.compared
+        if any((cell.settings.get("method") or {}).get(key.partition(".")[2]) is False for cell in cells)
+    ]
+    if not off:
+        return []
+    said = " and ".join(f"{key}=false" for key in off)
+    return [f"optimisers are compared as they stop, with {said}: after a local search all would end at one optimum"]
+
+
 def _fixed(choices: Iterable[Choice]) -> list[Choice]:
-    """What the command line gives one value; the others are swept."""
+    """Settings with one value on the command line; the others are swept."""
     return [choice for choice in choices if len(choice.values) <= 1]
 
 

@@ -17,6 +17,7 @@ from ksmea.errors import SettingError, shortened
 
 MOST_BYTES = 200  # of a folder's part; file systems take 255 in all
 LONGEST_LIST = 200  # characters of the names of files that an error shows
+MOST_PARTS = 6  # of the name of a default folder
 MOST_TRIED = 100  # names of a folder
 PROBLEM, MEASUREMENT = "problem", "measurement"
 FILE = {PROBLEM: "file", MEASUREMENT: "path"}  # the setting that names it
@@ -25,15 +26,42 @@ FILE = {PROBLEM: "file", MEASUREMENT: "path"}  # the setting that names it
 def require_own_folder(plan: Plan, output: Path) -> None:
     """Raise `SettingError` if a folder holds another experiment (by name or study), another measurement or another
     problem. The same experiment with other settings is welcome: its finished runs are kept."""
-    found = planned_before(output)
-    if found is None or not (found.cells and plan.cells):
-        return
-    is_same = found.name == plan.name and _studies(found) & _studies(plan)
-    if not (is_same and _is_same_file(found, plan) and _is_same_problem(found, plan)):
+    if (found := _other_plan(plan, output)) is not None:
         raise SettingError(
             f"{output}: expected a folder of {_described(plan)}, got one with results of {_described(found)}, which stay as"
             f" they are; give {path_word('output', _free(plan, found, output))} with this command"
         )
+
+
+def own_folder(plan: Plan, output: Path) -> Path:
+    """The default folder of a plan, or if it holds another problem, measurement or study, the one next to it that is named after
+    what is other: results/run, results/run_pump, results/run_pump_diagnose. No command is refused for another one before it."""
+    folder = output
+    for _ in range(MOST_PARTS):
+        found = _other_plan(plan, folder)
+        if found is None:
+            return folder
+        folder = folder.with_name(f"{folder.name}_{folder_part(_difference(plan, found))}")
+    require_own_folder(plan, output)
+    return output
+
+
+def _other_plan(plan: Plan, output: Path) -> Plan | None:
+    """The plan that a folder holds if it is another one by experiment, study, measurement or problem."""
+    found = planned_before(output)
+    if found is None or not (found.cells and plan.cells):
+        return None
+    is_same = found.name == plan.name and _studies(found) & _studies(plan)
+    return None if is_same and _is_same_file(found, plan) and _is_same_problem(found, plan) else found
+
+
+def _difference(plan: Plan, found: Plan) -> str:
+    """What is other in a plan, as a part of a folder's name: its problem, its measurement or its name, or else its study."""
+    if not _is_same_problem(found, plan):
+        return Path(_files(plan, PROBLEM)[0]).stem if _files(plan, PROBLEM) else _names(plan)[0]
+    if not _is_same_file(found, plan):
+        return Path(_files(plan, MEASUREMENT)[0]).stem if _files(plan, MEASUREMENT) else "synthetic"
+    return plan.name if plan.name != found.name else "_".join(sorted(_studies(plan)))
 
 
 def planned_before(output: Path) -> Plan | None:
@@ -104,13 +132,7 @@ def _described(plan: Plan) -> str:
 
 def _free(plan: Plan, found: Plan, output: Path) -> str:
     """A folder that is not there yet, named after what is other in the plan: its problem, its measurement or its name."""
-    if not _is_same_problem(found, plan):
-        new = Path(_files(plan, PROBLEM)[0]).stem if _files(plan, PROBLEM) else _names(plan)[0]
-    elif not _is_same_file(found, plan):
-        new = Path(_files(plan, MEASUREMENT)[0]).stem
-    else:
-        new = plan.name if plan.name != found.name else "_".join(sorted(_studies(plan)))
-    name = f"{output.name}_{folder_part(new)}"
+    name = f"{output.name}_{folder_part(_difference(plan, found))}"
     places = (output.with_name(each) for each in (name, *(f"{name}_{number}" for number in range(2, MOST_TRIED))))
     free = next((each for each in places if not each.exists()), output.with_name(f"{name}_{MOST_TRIED}"))
     return str(free.relative_to(Path.cwd()) if free.is_relative_to(Path.cwd()) else free)

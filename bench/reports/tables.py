@@ -19,6 +19,8 @@ from ksmea.show.text import aligned, number
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")  # how a cell begins that a spreadsheet computes
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+ALIKE_PCT = 10.0  # shares that are said together
+MOST_CELLS = 4  # of which a share is said by itself
 LONGEST_CELL = 2000  # characters; Excel takes 32767, nobody reads them
 EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a table below the parameters, and their units
 EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
@@ -31,7 +33,7 @@ def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     where nobody knows the true ones: there is no error then. `most_likely`, `low` and `high` are medians of the maximum of
     the likelihood and of the ends of the interval around it, empty if that side is open in most of them; `covered_pct`
     says how many of the intervals hold the reference, `ended_short_pct` how many searches stopped elsewhere than at that
-    maximum. For `exact`, a share of the runs, the median is their mean.
+    maximum, `excess_deviance` by how much (median), and `beyond_pct` how many beyond the joint 95 % region. For `exact`, a share of the runs, the median is their mean.
     """
     printed = _printed_values(plan.report.paper)
     rows = [
@@ -42,6 +44,11 @@ def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
         if row is not None
     ]
     return pd.DataFrame(rows)
+
+
+def has_truth(plan: Plan) -> bool:
+    """Whether the true values of some unknowns are known in all cells."""
+    return all(any(facts.truth for facts in cell.parameters) for cell in plan.cells)
 
 
 def _row_names(plan: Plan) -> list[str]:
@@ -74,7 +81,7 @@ def _summary_row(
         "q3": quartiles[2],
         "error_pct_median": np.median(np.abs(values / reference - 1)) * 100 if len(values) and reference else np.nan,
         "crlb_pct": _crlb_pct(facts.get(name), results),
-        **_interval_summary(results, name),
+        **_interval_summary(results, name, len(facts)),
         "runs": len(values),
         "failed": int((~runs["status"].isin(NOT_FAILED)).sum()),
     }
@@ -91,11 +98,12 @@ def _crlb_pct(facts: ParameterFacts | None, results: pd.DataFrame) -> float:
     return np.nan if facts is None or facts.crlb is None or not facts.truth else 100 * facts.crlb / abs(facts.truth)
 
 
-def _interval_summary(results: pd.DataFrame, name: str) -> dict[str, float]:
+def _interval_summary(results: pd.DataFrame, name: str, n_unknown: int) -> dict[str, float]:
     """Medians of the most likely values and of the ends of their intervals; not a number where that side is open in most
     of them."""
     if f"{name}_interval" not in results:
-        return dict.fromkeys(("most_likely", "low", "high", "covered_pct", "ended_short_pct"), np.nan)
+        names = ("most_likely", "low", "high", "covered_pct", "ended_short_pct", "excess_deviance", "beyond_pct")
+        return dict.fromkeys(names, np.nan)
     low = results[f"{name}_low"].fillna(-np.inf).median()
     high = results[f"{name}_high"].fillna(np.inf).median()
     covered = results[f"{name}_covered"].dropna().astype(float)
@@ -105,6 +113,7 @@ def _interval_summary(results: pd.DataFrame, name: str) -> dict[str, float]:
         "high": high if np.isfinite(high) else np.nan,
         "covered_pct": 100 * covered.mean() if len(covered) else np.nan,
         "ended_short_pct": ended_short_pct(results),
+        **dict(zip(("excess_deviance", "beyond_pct"), beyond_joint_region(results, n_unknown))),
     }
 
 
@@ -164,7 +173,7 @@ def _harmless(value: Any) -> Any:
 
 
 def as_text(plan: Plan, summary: pd.DataFrame) -> str:
-    """The table in the form it is printed in: a line per parameter and cell, ours beside the paper's."""
+    """The table in the form it is printed in: a line per parameter and cell, ours next to the paper's."""
     axes = telling_axes(plan)
     has_paper = plan.report.paper is not None
     has_crlb, has_interval = summary["crlb_pct"].notna().any(), has_intervals(summary)
@@ -197,14 +206,38 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
 
 
 def _search_lines(plan: Plan, summary: pd.DataFrame) -> list[str]:
-    """In how many runs of each cell the method stopped elsewhere than at the maximum that the intervals belong to."""
-    known = summary.dropna(subset="ended_short_pct").drop_duplicates(list(plan.axes) or None)
+    """Where searches ended relative to the maximum of the likelihood, in one sentence: over all cells, by the level of the one axis
+    that decides, or of the worst cells."""
+    known = summary.dropna(subset="beyond_pct").drop_duplicates(list(plan.axes) or None)
     if not (known["ended_short_pct"] > 0).any():
         return []
-    shares = "; ".join(
-        f"{row['ended_short_pct']:.0f} % of the runs{_of_cell(plan, row)}" for _, row in known.iterrows()
-    )
-    return [f"search ended short of the maximum that most likely values and intervals belong to: {shares}"]
+    head = "end of the search against the maximum of the likelihood (median excess deviance; share beyond the joint 95 % region)"
+    return [f"{head}: {'; '.join(_by_level(plan, known))}"]
+
+
+def _by_level(plan: Plan, known: pd.DataFrame) -> list[str]:
+    if len(known) == 1 or known["beyond_pct"].nunique() == 1:
+        return [f"{_excess(known)} in all cells" if len(known) > 1 else _excess(known)]
+    for axis in telling_axes(plan):
+        groups = known.groupby(known[axis].astype(str), sort=False)
+        if len(groups) < len(known) and (groups["beyond_pct"].agg(np.ptp) <= ALIKE_PCT).all():
+            return [f"{axis} {place_text(level)} {_excess(mine)}" for level, mine in groups]
+    worst = known.sort_values("beyond_pct", ascending=False).head(MOST_CELLS)
+    more = f"{len(known) - len(worst)} more cells are lower" if len(known) > len(worst) else ""
+    return [*(f"{_excess(row.to_frame().T)}{_of_cell(plan, row)}" for _, row in worst.iterrows()), *filter(None, [more])]
+
+
+def _excess(rows: pd.DataFrame) -> str:
+    """'3.1, 24 %'"""
+    return f"{number(float(rows['excess_deviance'].astype(float).median()), 2)}, {float(rows['beyond_pct'].astype(float).median()):.0f} %"
+
+
+def beyond_joint_region(results: pd.DataFrame, n_unknown: int) -> tuple[float, float]:
+    """Median excess deviance of where searches ended over the maximum of the likelihood, and the share of the runs, per cent,
+    beyond the joint 95 % region, χ² of as many degrees of freedom as unknowns; NaN where nothing is known."""
+    if "search_excess" not in results or not (excess := results["search_excess"].dropna().astype(float)).size:
+        return np.nan, np.nan
+    return float(excess.median()), float(100 * (excess > scipy.stats.chi2.ppf(LEVEL, n_unknown)).mean())
 
 
 def _of_cell(plan: Plan, row: pd.Series) -> str:

@@ -20,8 +20,11 @@ from ksmea.fits.search import Search
 from ksmea.fits.stable_fits import stable_fit
 
 
-def with_kin(lead: Trial, trials: Sequence[Trial], baseline: Fit, search: Search) -> list[Trial]:
-    """The trials, and those of the wider forms of the best effect, highest ΔBIC first."""
+def with_kin(trials: Sequence[Trial], level: float, baseline: Fit, search: Search) -> list[Trial]:
+    """The trials, and those of the wider forms of the best effect, highest ΔBIC first; the trials if none is significant at a level."""
+    lead = next((trial for trial in trials if trial.p < level and trial.delta_bic > 0), None)
+    if lead is None:
+        return list(trials)
     forms = [trial for trial in trials if trial.name == lead.name]
     known = {str(trial.candidate.effect) for trial in forms}
     kin = [each for each in lead.candidate.effect.kin(baseline.problem.machine) if str(each) not in known]

@@ -24,7 +24,7 @@ from ksmea.arrays import Array, Indices, Mask
 from ksmea.nonlinear.laws import LAWS
 from ksmea.settings.settings import setting
 from ksmea.units import MILLIMETRE
-from problems.rotor.extension.effect import SeatedEffect, distinct_places, is_near, rotor_mass
+from problems.rotor.extension.effect import SeatedEffect, distinct, is_near, places_of, rotor_mass
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
@@ -63,6 +63,8 @@ class AddedMass(SeatedEffect):
         "mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
         "disk_mass": "a disk has moments of inertia too; modes that tilt it, or weigh the disk",
         "disk_position": "both change what the disk does to each mode; measure its distance from a bearing, or weigh it",
+        "spring_mass": "both lower natural frequencies; a speed near its own frequency, where the shaft stands still",
+        "bearing_mass": "at one bearing both are alike; look at each bearing",
     }
 
     what, default_place = "mass", "the first disk or end"
@@ -129,8 +131,8 @@ def _disks_at(rotor: Rotor, position: float) -> list[Disk]:
 
 
 def mounting_places(rotor: Rotor) -> list[float]:
-    """Disks, then the ends of the shaft, then the middle of each long span, m; each once."""
-    disks, ends = [disk.position for disk in rotor.disks], [0.0, rotor.length]
-    stations = sorted({*disks, *ends, *(bearing.position for bearing in rotor.bearings)})
+    """Disks, then the ends of the shaft, then the middle of each long span, m."""
+    disks, ends = places_of(rotor.disks, rotor), [0.0, rotor.length]
+    stations = sorted(distinct([*disks, *ends, *(bearing.position for bearing in rotor.bearings)], rotor))
     spans = [(left + right) / 2 for left, right in pairwise(stations) if right - left > LONG_SPAN * rotor.length]
-    return distinct_places([*disks, *ends, *spans])
+    return distinct([*disks, *ends, *spans], rotor)

@@ -23,7 +23,7 @@ from ksmea.arrays import Array
 from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.settings.settings import setting
 from ksmea.units import MILLIMETRE
-from problems.rotor.extension.effect import SeatedEffect
+from problems.rotor.extension.effect import SeatedEffect, places_of
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import SAME_PLACE, Hub, Rotor
 from problems.rotor.finite_elements.mesh import diameter_at
@@ -80,7 +80,7 @@ class HubStiffening(SeatedEffect):
         return dataclasses.replace(stated, sentence=sentence)
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        return list(dict.fromkeys(disk.position for disk in problem.rotor.disks))
+        return places_of(problem.rotor.disks, problem.rotor)
 
     def locations(self, problem: RotorProblem) -> Sequence[Self]:
         """At each disk; of a rotor that was drawn with an unknown width too."""

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from bench.commands.open import open_page
 from bench.jobs.records import RecordWriter
 from bench.jobs.superseded import earlier_notes
-from bench.plan.folder import of_file, require_own_folder
+from bench.plan.folder import of_file, own_folder, require_own_folder
+from bench.plan.page import Page
 from bench.plan.plan import all_runs, write_plan
+from bench.reports.pages.document import document
 from ksmea.errors import SettingError
 from measurements.run_up_csv import as_csv
 from tests.bench.test_identify_file import run_up
@@ -125,6 +128,31 @@ def test_another_problem_in_a_folder_is_refused_with_a_free_one(planned, tmp_pat
         require_own_folder(planned("rotor", "moved/pump.yaml", "b", "run.csv"), tmp_path / "mine")
     with pytest.raises(SettingError, match="give output=mine_three_disk with this command"):
         require_own_folder(planned("three_disk", measured="run.csv"), tmp_path / "mine")
+
+
+def test_a_default_folder_that_is_taken_is_followed_by_one_named_after_what_is_other(planned, tmp_path):
+    """The same command comes back to it; nothing is refused, and nothing written over."""
+    first, second = planned("rotor", "pump.yaml", "a", "run.csv"), planned("rotor", "fan.yaml", "c", "run.csv")
+    assert own_folder(first, tmp_path / "run") == tmp_path / "run"
+    write_plan(first, tmp_path / "run")
+    assert own_folder(first, tmp_path / "run") == tmp_path / "run"
+    assert own_folder(second, tmp_path / "run") == tmp_path / "run_fan"
+    write_plan(second, tmp_path / "run_fan")
+    assert own_folder(second, tmp_path / "run") == tmp_path / "run_fan"
+    other_name = dataclasses.replace(second, name="diagnose")
+    assert own_folder(other_name, tmp_path / "run") == tmp_path / "run_fan_diagnose"
+
+
+def test_open_finds_the_page_of_a_drawing(tmp_path, monkeypatch, capsys):
+    """It has no plan: the page says what it is."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    folder = tmp_path / "results/draw_my_rotor"
+    folder.mkdir(parents=True)
+    (folder / "index.html").write_bytes(document("my rotor", Page("4 critical speeds"), (), {"study": "draw"}, {}))
+    assert open_page(["draw_my_rotor"]) == 0
+    assert capsys.readouterr().out.startswith("results/draw_my_rotor/index.html")
 
 
 def test_results_that_are_no_longer_shown_are_told_with_the_command_that_shows_them(planned, tmp_path):

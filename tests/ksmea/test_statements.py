@@ -86,9 +86,9 @@ def three_disk():
     ("name", "settings", "said"),
     [
         ("residual_bow", {"shapes": ["sine", "force at 0.5"]},
-         "The shaft is bent by 2.83 µm at 45° lead in its middle and by 2.83 µm at 45° lead at most, as under a force at 0.5 m"),
+         "The shaft is bent by 2.83 µm 0-peak at 45° lead in its middle and by 2.83 µm 0-peak at 45° lead at most, as under a force at 0.5 m"),
         ("thermal_bow", {"shapes": ["whole"]},
-         "The shaft bends as it warms up, by 2.83 µm at 45° lead in its middle"),
+         "The shaft bends as it warms up, by 2.83 µm 0-peak at 45° lead in its middle"),
         ("hub_stiffening", {"position": 0.5, "width": 0.05, "is_width_free": True},
          "The hub at 0.5 m is 2.00 % wider than 50 mm and makes the shaft 2.00 % stiffer in bending"),
         ("added_mass", {"position": 0.5, "inertia": "assumed", "radius": 0.08},

@@ -1,4 +1,4 @@
-"""The spread of each unknown over the repetitions, cell by cell, beside the paper's values."""
+"""The spread of each unknown over the repetitions, cell by cell, next to the paper's values."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Po
 from ksmea.show.charts.colours import INTERVAL, PAPER, REFERENCE
 
 COLUMNS = 3  # of panels: more are too small to read
-MAX_LABELS = 12  # more cells than this are numbered, not named
-EACH = 5  # of these cells are numbered
 WIDE = 50.0  # largest to smallest value, from which on an axis is logarithmic
 LONG = 6  # characters, from which on names of cells stand upright
 BEYOND = 0.1  # of the spread of all that is drawn: as far behind it an open side ends
@@ -55,7 +53,7 @@ MARKS = {
 
 
 def cells_with(plan: Plan, name: str, unit: str) -> list[int]:
-    """The cells that a table has a row of this name and unit for: all, of a row that is no parameter."""
+    """The cells that a table has a row of this name and unit for: all, of a row that is not a parameter."""
     if name in EFFORT | EXACT:
         return list(range(len(plan.cells)))
     return [
@@ -103,7 +101,7 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
 
 
 def interval_elements(at: Array, low: Array, high: Array, values: Array, *, is_log: bool = False) -> list[Element]:
-    """Intervals (n,) beside boxes; an open end lies beyond all values, and is an arrow."""
+    """Intervals (n,) next to boxes; an open end lies beyond all values, and is an arrow."""
     first, last = drawn_ends(low, high, values, is_log=is_log)
     beside = at + 0.4
     line = Line(segments(beside, beside), segments(first, last), name=MEDIAN_INTERVAL, colour=INTERVAL, width=2.0)
@@ -147,8 +145,7 @@ def _is_wide(values: Sequence[Array]) -> bool:
 
 
 def _labels(plan: Plan, cells: list[int]) -> dict[float, str]:
-    if len(cells) > MAX_LABELS:
-        return {float(at): str(cell + 1) for at, cell in enumerate(cells) if at % EACH == 0}
+    """Names of cells, never numbers."""
     axes = telling_axes(plan)
     return {
         float(at): " / ".join(place_text(plan.cells[cell].place.get(axis)) for axis in axes)

@@ -1,4 +1,4 @@
-"""Medians over the repetitions beside the paper's values, and the page: their spread, and the figures that an experiment asks for."""
+"""Medians over the repetitions next to the paper's values, and the page: their spread, and the figures that an experiment requests."""
 
 from __future__ import annotations
 
@@ -18,6 +18,9 @@ from bench.plan.report import Made, Report
 from bench.reports.by_cell import hidden_paragraph
 from bench.reports.identification.cost import cost_chart, cost_frame
 from bench.reports.identification.course_charts import MAX_LINES, anytime_chart, response_chart, updates_chart
+from bench.reports.identification.factor_charts import cells_chart, factors_chart
+from bench.reports.identification.factors import headline as sweep_headline
+from bench.reports.identification.factors import sweep_of, without_twins
 from bench.reports.identification.spread_chart import spread_chart
 from bench.reports.identification.trace_table import read_traces, stages_frame, trace_frame
 from bench.reports.runs import runs_frame
@@ -34,8 +37,10 @@ class SummaryReport(Report):
     def make(self, plan: Plan, output: Path) -> Made:
         runs = runs_frame(plan, output)
         summary = summary_frame(plan, runs)
+        sweep = None if plan.report.paper else sweep_of(plan, runs)
         blocks = [
-            as_text(plan, summary),
+            "" if sweep is None else "\n".join(f"{said}." for said in (sweep_headline(sweep), *sweep.merged)),
+            as_text(plan, without_twins(plan, summary)),
             slips_text(slips(plan.report.paper)),
             hidden_paragraph(plan, runs, "identification"),
         ]
@@ -52,7 +57,7 @@ class SummaryReport(Report):
 
 @dataclass(frozen=True)
 class Courses:
-    """How runs went, as far as the experiment asks for figures of it: `reached` at which cost, by stage, and `cost` of methods."""
+    """How runs went, as far as the experiment requests figures of it: `reached` at which cost, by stage, and `cost` of methods."""
 
     histories: Mapping[str, tuple[UpdateRecord, ...]]
     curves: Mapping[int, ResponseCurves]
@@ -67,7 +72,7 @@ class Courses:
 
 
 def read_courses(plan: Plan, runs: pd.DataFrame, output: Path) -> Courses:
-    """What the figures that an experiment asks for are made of; what no record can tell yet is left out."""
+    """What the figures that an experiment requests are made of; what no record can tell yet is left out."""
     asked = set(plan.report.figures)
     kept = _kept(plan, output) if {"updates", "response"} & asked else {}
     traces = read_traces(plan, output) if "trace" in asked else {}
@@ -81,12 +86,23 @@ def read_courses(plan: Plan, runs: pd.DataFrame, output: Path) -> Courses:
 
 
 def summary_page(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, text: str, courses: Courses) -> Page:
-    """The page of a table, with all figures of the experiment."""
+    """The page of a table, with all figures of the experiment; of a sweep first what each factor does."""
     columns = Folded("All columns", (Table(summary.dropna(axis="columns", how="all"), file=f"{plan.name}.csv"),))
     spread = Drawn(partial(spread_chart, plan, runs, summary), f"{plan.name}.png")
-    sections = [Section("Table", (Prose(text), columns)), Section("Spread over the repetitions", (spread,))]
     curves = tuple(_curves(plan, courses))
-    return Page(headline(plan, runs, summary), (*sections, *([Section("Curves", curves)] if curves else [])))
+    of_curves = [Section("Curves", curves)] if curves else []
+    sweep = None if plan.report.paper else sweep_of(plan, runs)
+    if sweep is None or len(plan.cells) < 2:
+        sections = [Section("Table", (Prose(text), columns)), Section("Spread over the repetitions", (spread,))]
+        return Page(headline(plan, runs, summary), (*sections, *of_curves))
+    charts = [Drawn(partial(factors_chart, sweep), f"{plan.name}_factors.png")] if len(sweep.factors) > 1 else []
+    charts += [Drawn(partial(cells_chart, sweep), f"{plan.name}_cells.png")] if len(sweep.factors) > 1 else [spread]
+    folded = [Folded("Table", (Prose(text), columns))]
+    folded += [Folded("Spread over the repetitions, unknown by unknown", (spread,))] if len(sweep.factors) > 1 else []
+    said = [Prose(". ".join(sweep.merged) + ".")] if sweep.merged else []
+    sections = [Section("Factors", (*said, *charts)), Section("Numbers", tuple(folded))]
+    counted = f"{sweep.n_result} of {sweep.n_run} runs" if sweep.n_result < sweep.n_run else f"{sweep.n_run} runs"
+    return Page(sweep_headline(sweep), (*sections, *of_curves), counted)
 
 
 def _curves(plan: Plan, courses: Courses) -> Iterator[Block]:

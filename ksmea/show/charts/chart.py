@@ -1,4 +1,4 @@
-"""What a chart shows, as plain data: panels with axes, and in them lines, points, bands, boxes, bars, levels and words.
+"""Charts as plain data: panels with axes, and in them lines, points, bands, boxes, bars, levels and words.
 
 A chart is described once, by one function of the records that it shows. `picture.py` makes a PNG or SVG of it and
 `interactive.py` a plot of a page, so that both show the same. Values are in the units that axes name; not a number is a gap.
@@ -83,7 +83,7 @@ class Points(Element):
 
 @dataclass(frozen=True)
 class Band(Element):
-    """What lies between two lines (n,)."""
+    """Area between two lines (n,)."""
 
     x: Values
     low: Values
@@ -166,9 +166,15 @@ class Area(Element):
 
 @dataclass(frozen=True)
 class Heat(Element):
-    """A table of shares (n_row, n_column), 0 to 1, as darkness; row 0 is at y = 0. Shares above 0 are written, in per cent."""
+    """A table of shares (n_row, n_column), 0 to 1, as darkness; row 0 is at y = 0. Its words are written in it; without any, shares
+    above 0 in per cent."""
 
     shares: Array
+    words: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def written(self) -> tuple[tuple[str, ...], ...]:
+        return self.words or tuple(tuple(f"{100 * share:.0f}" if share > 0 else "" for share in row) for row in self.shares)
 
 
 @dataclass(frozen=True)

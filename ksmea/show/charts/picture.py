@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -22,11 +23,12 @@ MARKERS = {
     "cross": "P", "star": "*", "x": "x", "plus": "+", "bar": "_", "post": "|", "point": ".", "arrow up": "$\\uparrow$",
 }  # fmt: skip
 FAINT = 0.15  # opacity of bands
-TITLE, TEXT, SMALL = 11, 9, 8  # points
+TITLE, TEXT, SMALL, TINY = 11, 9, 8, 6  # points
 MOST_LINES_OF_STEPS = 400  # points of a line of which each has a symbol; a longer one has few
 HEADER = 0.75  # inches, for title and legend
 ALL_ROUND = 0.45  # inches of a panel's row, for words of its axes
 ROOM_OF_TICK = 0.6  # inches, of a number below an axis
+A_LINE = 11.5  # characters of a title, to an inch
 CHARACTER = 0.075  # inches, of a legend
 
 
@@ -90,7 +92,7 @@ def figure(chart: Chart) -> ShownFigure:
     left_out = len(chart.stacks) - len(stacks)
     title = chart.title + (f" ({left_out} more are not shown)" if left_out else "")
     if title:
-        made.suptitle(title, fontsize=TITLE)
+        made.suptitle("\n".join(wrap(title, int(chart.width * A_LINE))), fontsize=TITLE)
     return made
 
 
@@ -331,6 +333,6 @@ def _words(axes: Axes, element: of.Words, colour: str) -> None:
 def _heat(axes: Axes, element: of.Heat) -> None:
     axes.imshow(element.shares, cmap="Blues", vmin=0, vmax=1, aspect="auto", alpha=element.opacity)
     for (row, column), share in np.ndenumerate(element.shares):
-        if share > 0:
+        if said := element.written[row][column]:
             colour = ON_PAPER[GROUND if share > 0.5 else INK]
-            axes.text(column, row, f"{100 * share:.0f}", ha="center", va="center", fontsize=6, color=colour)
+            axes.text(column, row, said, ha="center", va="center", fontsize=TINY if not element.words else SMALL, color=colour)

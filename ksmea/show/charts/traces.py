@@ -64,8 +64,7 @@ def _area(element: of.Area, colour: str) -> Trace:
 
 
 def _heat(element: of.Heat, colour: str) -> Trace:
-    written = [[f"{100 * share:.0f}" if share else "" for share in row] for row in element.shares]
-    made: Trace = {"type": "heatmap", "z": element.shares, "text": written, "texttemplate": "%{text}"}
+    made: Trace = {"type": "heatmap", "z": element.shares, "text": element.written, "texttemplate": "%{text}"}
     made |= {"colorscale": [[0, faded(colour, PALEST)], [1, colour]], "showscale": False}
     return made | {"zmin": 0, "zmax": 1}
 

@@ -32,7 +32,7 @@ from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.problem.load import FORCE, LOADS, MOMENT
 from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
-from problems.rotor.extension.effect import RotorEffect, distinct_places, is_near
+from problems.rotor.extension.effect import RotorEffect, distinct, is_near
 from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.finite_elements.assembly import assemble_free, displacement_row
 from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
@@ -71,7 +71,7 @@ class Bow(RotorEffect):
 
     def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
         """Each shape with its size."""
-        parts = [f"by {{{name}}} {_where(shape)}" for name, shape in zip(self.vectors(), self.shapes, strict=True)]
+        parts = [f"by {{{name}:reading}} {_where(shape)}" for name, shape in zip(self.vectors(), self.shapes, strict=True)]
         return dataclasses.replace(super().statement(sizes), sentence=f"{self.bends} {' and '.join(parts)}")
 
     def check(self) -> None:
@@ -128,7 +128,7 @@ def _loaded_places(rotor: Rotor) -> list[float]:
     seats = [*(disk.position for disk in rotor.disks), *rotor.couplings]
     stations = sorted([0.0, rotor.length, *seats, *(bearing.position for bearing in rotor.bearings)])
     middles = [(left + right) / 2 for left, right in pairwise(stations) if right - left > LONG_SPAN * rotor.length]
-    return distinct_places([*seats, *middles])
+    return distinct([*seats, *middles], rotor)
 
 
 def in_words(shape: str) -> str:
