@@ -33,6 +33,7 @@ import numpy as np
 from ksmea.diagnosis.equivalents import alone_in_place_of, pairs_in_place_of
 from ksmea.diagnosis.explained import Explained, by_weight, led_by, with_near
 from ksmea.diagnosis.further_measurement import Split, best_split
+from ksmea.diagnosis.kin import with_kin
 from ksmea.diagnosis.model_averaging import Averaged, averaged, heaviest
 from ksmea.diagnosis.observability import Detectable, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
@@ -235,7 +236,7 @@ def _refined(state: _State, search: Search) -> _State:
     found = refined(state.trials, state.baseline, first)
     if found and not _looks_like_noise(fit_quality(polished(found[0].fit), search.rng), state.level):
         found = refined(found, state.baseline, search.with_effort(search.effort, from_force=False))
-    return dataclasses.replace(state, trials=tuple(found))
+    return dataclasses.replace(state, trials=tuple(with_kin(found, state.level, state.baseline.best, search)))
 
 
 def _looks_like_noise(quality: FitQuality, level: float) -> bool:
@@ -293,7 +294,8 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
         trials = _acting_where(where, trials, state.baseline.best)
         significant = [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
     firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
-    pairs = pairs_beside(firsts, trials, state.baseline, search, is_scanned=not leaves_noise)
+    seconds = [trial for trial in trials if trial.candidate in state.candidates]  # without kin, which are pairs of their own
+    pairs = pairs_beside(firsts, seconds, state.baseline, search, is_scanned=not leaves_noise)
 
     def best_of(pairs: Sequence[Explanation]) -> list[Explanation]:
         limit = alone.best.delta_bic + NEAR

@@ -48,8 +48,7 @@ from ksmea.studies.diagnosis_remarks import (
     reading_of,
     slips_of,
     stated_effects,
-    stated_noise_remarks,
-    sweep_remarks,
+    remarks_on,
 )
 from ksmea.studies.slow_roll import gain_remarks, slow_roll_remarks
 from ksmea.studies.enough_data import estimate_record, noise_record
@@ -168,8 +167,7 @@ def diagnosis(
     is_locatable = options.locate and not missing_to_locate(case.problem, case.measurement.kind)
     locate = Located(rng, options.location, workers) if is_locatable else None
     found = diagnose(case, effects, search, options.criteria, baseline, locate)
-    stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
-    problem = case.problem
+    problem, stated = case.problem, remarks_on(found, case.measurement)
     remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated)
     record = diagnosis_record(found, fine=report.fine)
     case = found.baseline.case  # with the noise that it goes by

@@ -32,6 +32,12 @@ from ksmea.studies.misreadings import Misread, misread, slips
 from ksmea.units import RPM
 
 
+def remarks_on(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
+    """Remarks on stated noise, on the rate of a sweep, and of the named effects."""
+    noise, sweep = stated_noise_remarks(found, measurement), sweep_remarks(found, measurement.history)
+    return (*noise, *sweep, *caveats(found))
+
+
 def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
     """A remark if stated noise is not accepted, or is larger than the scatter of the data allows."""
     stated, taken = measurement.noise, found.baseline.measurement.noise  # the noise that the diagnosis goes by
@@ -56,6 +62,13 @@ def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[st
             ),
         )
     return ()
+
+
+def caveats(found: Diagnosis) -> tuple[str, ...]:
+    """Remarks of the named effects."""
+    machine, applied = found.baseline.problem.machine, found.applied if found.named else ()
+    said = {each.name: each.effect.caveat(machine) for each in applied}
+    return tuple(f"{name}: {caveat}" for name, caveat in said.items() if caveat)
 
 
 def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, ...]:
