@@ -36,7 +36,7 @@ from problems.drawn_parts import PARTS, Draw, in_order, with_parts
 from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.mesh import share_elements, uniform_shaft
-from problems.rotor.finite_elements.segments import Disk, Material
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.inputs.tolerances import TOLERANCES, TYPICAL
 from problems.rotor.inputs.uncertain import UncertainNumbers
 from problems.rotor.response.problem import RotorProblem
@@ -228,7 +228,8 @@ def drawn(family: str, held_back: bool, number: int, parts: tuple[str, ...] = ()
 def _meshed(rotor: Rotor, n_element: int) -> Rotor:
     """The rotor with so many elements, shared by length: no draw depends on it."""
     counts = share_elements(n_element, [segment.length for segment in rotor.segments])
-    segments = tuple(replace(each, n_element=count) for each, count in zip(rotor.segments, counts, strict=True))
+    shaft = [each for each in rotor.segments if isinstance(each, ShaftSegment)]  # no drawn one has couplings
+    segments = tuple(replace(each, n_element=count) for each, count in zip(shaft, counts, strict=True))
     return replace(rotor, segments=segments)
 
 

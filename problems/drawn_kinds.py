@@ -158,7 +158,8 @@ def _with_unknowns(
         own = {f"{letter}xx": rounded(in_x[letter]) for letter in "kc"}
         own |= {f"{letter}yy": rounded(in_x[letter] * in_y[letter]) for letter in "kc"}
         if free == "one" and index:
-            bearings.append(replace(bearing, **own))
+            kxx, kyy, cxx, cyy = (own[name] for name in ("kxx", "kyy", "cxx", "cyy"))
+            bearings.append(replace(bearing, kxx=kxx, kyy=kyy, cxx=cxx, cyy=cyy))
             continue
         bearings.append(bearing)
         for name in own:

@@ -289,8 +289,8 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
     alone = with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
     leaves_noise = alone.quality.p >= level
     if not leaves_noise and state.locate is not None:
-        found = state.locate(state.baseline.best.case)
-        trials = _acting_where(found, trials, state.baseline.best)
+        where = state.locate(state.baseline.best.case)
+        trials = _acting_where(where, trials, state.baseline.best)
         significant = [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
     firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
     pairs = pairs_beside(firsts, trials, state.baseline, search, is_scanned=not leaves_noise)
@@ -311,13 +311,13 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
     return alone
 
 
-def _acting_where(found: Location, trials: Sequence[Trial], baseline: Fit) -> Sequence[Trial]:
+def _acting_where(found: Location, trials: tuple[Trial, ...], baseline: Fit) -> tuple[Trial, ...]:
     """The trials of effects that act at the place of a sharp location alone; all where it is none."""
     if not found.is_sharp:
         return trials
     machine = baseline.problem.machine
     places = [trial.candidate.effect.places(machine) for trial in trials]
-    return [trial for trial, at in zip(trials, places) if len(at) and all(map(found.accepts, at))]
+    return tuple(trial for trial, at in zip(trials, places) if len(at) and all(map(found.accepts, at)))
 
 
 def _concluded(

@@ -47,7 +47,8 @@ def pairs_in_place_of(
     able = [(trial, basis) for trial, basis in zip(trials, reached) if basis is not None]
     candidates = [trial for trial, _ in able]
     cosines = _of_pairs(change_of(pair), [basis for _, basis in able])
-    n_pair, found = len(trials) * (len(trials) - 1) // 2, []
+    found: list[Explanation] = []
+    n_pair = len(trials) * (len(trials) - 1) // 2
     for one, other in sorted(cosines, key=lambda both: -cosines[both]):
         first, second = sorted((candidates[one], candidates[other]), key=lambda trial: trial.fit.deviance)
         if len(found) == MAX_PAIRS or not promises(pair, cosines[one, other], first.n_unknown + second.n_unknown):

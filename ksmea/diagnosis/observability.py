@@ -144,8 +144,8 @@ def change_of(lead: Led) -> Array:
 def reach(lead: Led, other: Candidate) -> Array | None:
     """Orthonormal changes of the data (m, e) that another effect can make where a fit is, if everything but the effects of the fit
     is fitted too. None if it cannot act together with them, or changes nothing."""
-    problem, u = lead.fit.problem, lead.fit.u
-    n_own, n_other = len(u) - lead.n_unknown, len(other.effect.parameters(problem.machine))
+    u = lead.fit.u
+    n_own, n_other = len(u) - lead.n_unknown, len(other.effect.parameters(lead.fit.problem.machine))
     if (problem := other.beside(lead.fit.problem)) is None:
         return None
     u = np.concatenate([u, without_effects(problem, len(u))])

@@ -29,7 +29,7 @@ from ksmea.fits.starts import screened
 from ksmea.inference.maximisation import best_maxima, is_in_valley
 from ksmea.location.restricted_noise import restricted_noise
 from ksmea.location.sites import SiteQuality, fitted_pairs, site_qualities
-from ksmea.location.unknown_force import LATERAL, READING, ProjectedLikelihood, SiteFit, Unmodelled
+from ksmea.location.unknown_force import READING, ProjectedLikelihood, SiteFit, Unmodelled
 from ksmea.measurement.channel import DIRECTIONS
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
@@ -40,7 +40,7 @@ from ksmea.problem.case import Case
 from ksmea.problem.held import HeldProblem
 from ksmea.problem.load import LOADS
 from ksmea.problem.problem import Problem
-from ksmea.records.location import MAX_PLACES, MAX_SHARE, SAME
+from ksmea.records.location import LATERAL, MAX_PLACES, MAX_SHARE, SAME
 
 FIRST_FLOOR = 0.1  # of the median of all values: the noise's floor in the first weights, relative to its relative part
 SHARED = 3  # best sites whose unknowns all sites are fitted from

@@ -212,7 +212,7 @@ class DiagnosisRecord(Record):
     @property
     def is_rejected(self) -> bool:
         """Whether the model as given is."""
-        return self.verdict not in ("adequate", "not observable")
+        return self.verdict not in ("adequate", "not observable", "misread")
 
     @property
     def is_explained(self) -> bool:

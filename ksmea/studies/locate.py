@@ -18,7 +18,7 @@ from ksmea.fits.fitting import Fit, fit_from_values
 from ksmea.location.force_law import LawFit, fitted_laws, located_fit, smooth_fits
 from ksmea.location.location import Location, locate
 from ksmea.location.recovered_force import RecoveredForce, recovered_force, site_intervals
-from ksmea.location.unknown_force import LATERAL, QUANTITIES, READING, SiteFit, inputs_held
+from ksmea.location.unknown_force import QUANTITIES, READING, SiteFit, inputs_held
 from ksmea.nonlinear.smooth_law import SmoothForce
 from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.plugins import registry
@@ -28,6 +28,7 @@ from ksmea.problem.load import FORCE, LOADS, MOMENT
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord, ExtensionRecord, PredictiveGainRecord
 from ksmea.records.location import (
+    LATERAL,
     NONE,
     NOTHING,
     CoefficientsRecord,
@@ -115,7 +116,7 @@ def located(case: Case, rng: np.random.Generator, options: LocationOptions, work
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """Locations by measurement, each sought when it is first asked for."""
+    """Locations by measurement, each sought when it is first requested."""
 
     rng: np.random.Generator
     options: LocationOptions

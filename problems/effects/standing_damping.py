@@ -31,6 +31,8 @@ NOTICED = (3 * MICROSECOND, 200 * MICROSECOND)  # are drawn
 class StandingDamping(RotorEffect):
     """The shaft damps along its whole length, in proportion to its stiffness, and the damping stands still."""
 
+    says = "The shaft damps itself, and the damping stands still: {standing_damping} times its stiffness"
+    check_next = "Joints, sleeves and windings; damping that the rotor file leaves out."
     aliases: ClassVar[Mapping[str, str]] = {
         "external_damping": "both damp the whole shaft, the one low modes most, the other high ones; several critical speeds",
         "internal_damping": "that of the turning shaft drives forward whirl above a critical speed; the onset of instability",

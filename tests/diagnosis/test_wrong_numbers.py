@@ -51,6 +51,7 @@ def test_a_number_that_is_wrong_by_far_is_named(tmp_path, number, known, sizes, 
         first = found.ranking[0]
         assert (first.effect, first.location) == (name, location)
         assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group
+        assert not any(each.is_contradicted for each in found.inputs)  # with the effect the number itself is not seen
 
 
 def test_numbers_within_their_tolerance_are_no_finding(tmp_path):
@@ -119,3 +120,15 @@ def test_a_slow_roll_of_each_probe_is_runout_with_a_vector_for_each():
     assert all(after[name].holds(value) for name, value in {"u": 200, "kxx": 5, "kyy": 8, "cxx": 2, "cyy": 3}.items())
     before = {row.name: row.before for row in found.record.coefficients}
     assert before["cxx"].high - before["cxx"].low > 4 * (after["cxx"].high - after["cxx"].low)
+
+
+def test_probes_on_housings_are_located_nowhere():
+    """Probes that are stated to look at the shaft from the ground and move with the bearings' housings: forces at many places do as
+    much, and none of them is where anything acts."""
+    supports = CASES.parent / "supports"
+    if not supports.exists():
+        pytest.skip(f"no cases at {supports}; KSMEA_DATA names the directory of public data beside them")
+    rotor = ksmea.load_problem(str(supports / "rotor.yaml"))
+    data = ksmea.read_measurement(str(supports / "relative.csv"))
+    found = ksmea.locate(rotor, data)
+    assert found.record.is_spread and "spread over the shaft" in str(found)
