@@ -195,7 +195,7 @@ def diagnosis(
 def _read_otherwise(
     found: Misread, problem: Problem, search: Search, options: DiagnosisOptions, report: Report
 ) -> DiagnosisRecord | None:
-    """The diagnosis of data that were misread, which ends the search: read otherwise the model as given leaves noise, and no effect
+    """The diagnosis of data that were misread, which ends the search: read otherwise the residuals of the model as given are noise, and no effect
     could gain more. None if it leaves more: something else is wrong, too."""
     reading, _ = found.best
     case = Case.of(problem, reading.measurement)
