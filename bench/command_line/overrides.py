@@ -93,6 +93,8 @@ def _left_to_the_sweeper(word: str) -> str:
 def as_given(word: str) -> str:
     """A word as it was typed, before `for_some_plugins`."""
     key, _, value = word.partition("=")
+    if key == "units":
+        return f"{key}={value.strip(QUOTES)}"  # `_quoted` put them
     return f"{key}={value[len(ALONE) : -len(END)]}" if value.startswith(ALONE) else word
 
 
@@ -188,6 +190,7 @@ def _is_word(value: Any) -> bool:
 
 
 LISTS = ("plugins", "share", "hydra.searchpath")  # and lists of such names
+QUOTES = "'\""
 BEGINS_OTHERWISE = ("'", '"', "[", "{", "$", "glob(", "choice(")
 
 

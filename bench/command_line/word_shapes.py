@@ -48,7 +48,7 @@ QUOTES = "'\""
 
 
 def joined_options(words: Sequence[str]) -> list[str]:
-    """The words with the value of an option in the same word, --config-dir=DIR; `SettingError` for an option that is none, or
+    """The words with the value of an option in the same word, --config-dir=DIR; `SettingError` for an option that is not one, or
     has no value."""
     joined: list[str] = []
     remaining = list(words)

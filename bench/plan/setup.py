@@ -30,7 +30,7 @@ PARTS_FIRST = sorted(registry.GROUPS, key=lambda group: group == "method")  # a 
 
 @dataclass(frozen=True)
 class Setup:
-    """`plugins` by group, None if a part is ignored; `aligned_problem` is None for a study that asks for none; `truth` by
+    """`plugins` by group, None if a part is ignored; `aligned_problem` is None for a study that requests none; `truth` by
     name, SI, as far as it is known to anyone: empty for what was really measured."""
 
     plugins: Mapping[str, Any]

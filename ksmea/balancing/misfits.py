@@ -36,7 +36,7 @@ class Prediction:
 
     @property
     def entry(self) -> ComplexArray:
-        """Residual of each entry beside the other entries of its run, each of variance 1, (n_run, n_entry)."""
+        """Residual of each entry next to the other entries of its run, each of variance 1, (n_run, n_entry)."""
         inverse = np.linalg.inv(self.covariance)
         solved = np.einsum("ief,if->ie", inverse, self.residual)
         return np.asarray(solved / np.sqrt(np.einsum("iee->ie", inverse).real))

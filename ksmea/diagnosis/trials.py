@@ -21,6 +21,7 @@ from ksmea.fits.fitting import (
     BaselineFits,
     Fit,
     fit_along,
+    fit_by_elimination,
     fit_from,
     fit_from_points,
     fit_from_scan,
@@ -231,6 +232,8 @@ def searched(
             fit = fit_along(case, baseline, path, effort)
         elif len(points):
             fit = fit_from_points(case, points, effort, ceiling, fit.deviance)
+        elif effort.is_scanned and trial.candidate.effect.adds_readings and not case.measurement.is_amplitude:
+            fit = fit_by_elimination(fit, baseline, effort, ceiling)
         elif effort.is_scanned and not shows_force and trial.candidate.effect.is_scanned:
             fit = fit_from_scan(fit, baseline, effort, ceiling)
         elif starts:

@@ -154,7 +154,7 @@ class Misfit:
 
     @property
     def _data_sd(self) -> Array:
-        """s(y); infinite, which is no weight, where y = 0 and the noise has no floor: relative noise says nothing
+        """s(y); infinite, which is not a weight, where y = 0 and the noise has no floor: relative noise says nothing
         there."""
         sd = np.sqrt(self._variance(self.measurement.values))
         return np.where(sd == 0, np.inf, sd)

@@ -31,7 +31,7 @@ class UnknownImpedance:
 
 @dataclass(frozen=True, eq=False)
 class ResponseStructure:
-    """Unknowns, speeds, channels and impedances of a problem; all unknowns beside the impedances act by its unbalance alone.
+    """Unknowns, speeds, channels and impedances of a problem; all unknowns next to the impedances act by its unbalance alone.
 
     `unbalance` is the problem's own (`Problem.unbalance`), (d,) SI → kg m by position: it costs no evaluation.
     """

@@ -62,7 +62,7 @@ class UnbalanceMark:
 
 @dataclass(frozen=True)
 class EffectMark:
-    """An effect beside the rotor itself: its location in words, and positions on the shaft (m) if it sits at any."""
+    """An effect next to the rotor itself: its location in words, and positions on the shaft (m) if it sits at any."""
 
     name: str
     where: str

@@ -132,7 +132,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Units:
-    """The header of a file that says once which unit each quantity has; asked for only where it is needed."""
+    """The header of a file that says once which unit each quantity has; requested only where it is needed."""
 
     header: Block
 

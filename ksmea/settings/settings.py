@@ -46,7 +46,7 @@ def setting(
 
 def part(help: str, *, at_least: float | None = None) -> Any:
     """A dataclass field that holds a part of a method: another plugin, or the number of samples. A run chooses parts
-    beside the settings (`surrogate=kriging samples=40`), so that they are no settings of the method itself."""
+    next to the settings (`surrogate=kriging samples=40`), so that they are no settings of the method itself."""
     return dataclasses.field(metadata={"help": help, "is_part": True, "at_least": at_least})
 
 

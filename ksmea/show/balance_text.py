@@ -54,7 +54,7 @@ def frame(record: BalanceRecord) -> pd.DataFrame:
 
 
 def left_out_frame(weights: tuple[WeightRecord, ...]) -> pd.DataFrame:
-    """A row per run and plane: the weight as told, and the known one beside it."""
+    """A row per run and plane: the weight as told, and the known one next to it."""
     return pd.DataFrame(
         [
             {

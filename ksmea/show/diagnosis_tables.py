@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pandas as pd
 
@@ -11,11 +11,13 @@ from ksmea.records.estimate import EstimateRecord
 from ksmea.show import location_text
 from ksmea.show.text import in_columns, number, of_chances, value_and_ends, with_ends
 
+FEW = 3  # sizes of an effect in a line
+
 
 def ranking_table(trials: Sequence[TrialRecord], *, with_intervals: bool = True) -> pd.DataFrame:
     """A row per effect at a location, with the sizes of its unknowns."""
     head, shown = ["effect", "location", "ΔBIC", "p", "size"], sized if with_intervals else _about
-    return pd.DataFrame([[*_evidence(each), ", ".join(map(shown, each.parameters))] for each in trials], columns=head)
+    return pd.DataFrame([[*_evidence(each), _sizes(each.parameters, shown)] for each in trials], columns=head)
 
 
 def trials_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
@@ -84,6 +86,12 @@ def sized(part: EstimateRecord) -> str:
 def _about(part: EstimateRecord) -> str:
     """For example 'mass 1.2 kg'."""
     return f"{part.name} {number(part.value, 3)} {part.unit}"
+
+
+def _sizes(parts: Sequence[EstimateRecord], shown: Callable[[EstimateRecord], str]) -> str:
+    """The first FEW sizes of an effect, and how many follow."""
+    more = [f"and {len(parts) - FEW} more"] if len(parts) > FEW else []
+    return ", ".join([*map(shown, parts[:FEW]), *more])
 
 
 def _evidence(trial: TrialRecord) -> list[str]:

@@ -1,4 +1,4 @@
-"""The study `balance`: a campaign of runs with known and unknown weights → a record; no model of the rotor is asked for."""
+"""The study `balance`: a campaign of runs with known and unknown weights → a record; no model of the rotor is requested."""
 
 from __future__ import annotations
 

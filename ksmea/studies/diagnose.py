@@ -51,6 +51,7 @@ from ksmea.studies.diagnosis_remarks import (
     stated_noise_remarks,
     sweep_remarks,
 )
+from ksmea.studies.slow_roll import gain_remarks, slow_roll_remarks
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.inputs import input_records
@@ -182,6 +183,8 @@ def diagnosis(
         remarks = (*remarks, *disagreements(found, where))
     if report.details and (record.verdict != "located" or _reads_wrong(record)):  # explained data are not misread
         remarks = (*remarks, *slips_of(found, problem, reading))
+    if report.details:
+        remarks = (*remarks, *gain_remarks(found), *slow_roll_remarks(found))
     return dataclasses.replace(
         record,
         left_out={**report.left_out, **record.left_out},

@@ -116,7 +116,7 @@ def located(case: Case, rng: np.random.Generator, options: LocationOptions, work
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """Locations by measurement, each sought at its first use."""
+    """Locations by measurement, each sought when it is first requested."""
 
     rng: np.random.Generator
     options: LocationOptions

@@ -1,7 +1,7 @@
 """Planning of measurements: which speeds, probes or trial unbalance to add, or which numbers of the drawing to measure,
 so that the unknowns become known best.
 
-The plan holds near the values that it is made for. Beside each choice stands what as many data give without a plan.
+The plan holds near the values that it is made for. Next to each choice stands what as many data give without a plan.
 """
 
 from __future__ import annotations

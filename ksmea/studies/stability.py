@@ -1,4 +1,4 @@
-"""The stability threshold of what a study found, with an interval beside it.
+"""The stability threshold of what a study found, with an interval next to it.
 
 The interval is that of the growth rate by the delta method: the covariance of the estimates is the inverse of the Fisher
 information, to which the limits of the search add what a value drawn evenly between them has; steps of one standard

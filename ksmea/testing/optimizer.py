@@ -168,7 +168,7 @@ def survives_no_value_anywhere(case: OptimizerCase) -> None:
 
 
 def survives_infinite_residuals(case: OptimizerCase) -> None:
-    """Infinite residuals beside others are worked off without an error."""
+    """Infinite residuals next to others are worked off without an error."""
     case.watched(lambda u: np.where(u[:, :1] > LAST_WITH_VALUE, np.inf, case.sphere(u)))
 
 

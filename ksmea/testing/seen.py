@@ -200,7 +200,7 @@ def phase_origin_zero_is_known(case: ProblemCase) -> None:
 
 
 def growth_rates_are_in_shape(case: ProblemCase) -> None:
-    """Growth rates are one finite number for each spin speed asked for."""
+    """Growth rates are one finite number for each spin speed requested."""
     for seen in case.seen:
         speed = seen.problem.speed[:3]
         found = np.asarray(seen.problem.growth_rate(_fixed(seen.x[0]), speed))

@@ -113,7 +113,7 @@ def tells_its_error_in_shape(case: SurrogateCase) -> None:
 
 
 def follows_its_samples(case: SurrogateCase) -> None:
-    """At the samples it is as near as stated: at them if it interpolates, beside them if it smooths."""
+    """At the samples it is as near as stated: at them if it interpolates, next to them if it smooths."""
     error = case.error(case.fitted.predict(case.points), case.outputs)
     require(
         error <= case.at_samples,

@@ -26,7 +26,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.nonlinear.laws import CROSS, LinearLaw
 from ksmea.settings.settings import setting
 from ksmea.units import KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
-from problems.rotor.extension.effect import SeatedEffect, rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import SeatedEffect, places_of, rotor_mass, stiffness_scale
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
@@ -48,7 +48,7 @@ class AnnularSeal(SeatedEffect):
     """A seal around the shaft holds, damps and drags it."""
 
     position: float | None = setting(
-        None, "where it sits; null: at the first disk that is at no bearing", unit="m", at_least=0
+        None, "where it sits; null: at the first seal of the rotor, or disk that is at no bearing", unit="m", at_least=0
     )
     swirl_ratio: float = setting(
         0.5, "λ, mean speed of the liquid around the shaft over the speed of the shaft's surface", at_least=0, at_most=1
@@ -72,9 +72,9 @@ class AnnularSeal(SeatedEffect):
         return bool(problem.rotor.seals) or not problem.is_as_drawn
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        """Each seal that the rotor has; else each disk that is at no bearing: impellers and pistons have seals; without any, half way
+        """Each seal that the rotor states; else each disk that is at no bearing, as impellers and pistons have seals; without any, half way
         between the outer bearings."""
-        return [seal.position for seal in problem.rotor.seals] or _gaps(problem.rotor)
+        return _gaps(problem.rotor)
 
     def site_law(self) -> SiteLaw:
         coefficients = (("k", "MN/m", MEGANEWTON_PER_METRE), ("d", "kN s/m", KILONEWTON_SECOND_PER_METRE))
@@ -88,10 +88,12 @@ class AnnularSeal(SeatedEffect):
 
 def _gaps(rotor: Rotor) -> list[float]:
     """Positions that a seal may have, m."""
+    if stated := places_of(rotor.seals, rotor):
+        return stated
     bearings = [bearing.position for bearing in rotor.bearings]
 
     def is_free(position: float) -> bool:
         return all(abs(bearing - position) > SAME_PLACE * rotor.length for bearing in bearings)
 
-    disks = [position for position in dict.fromkeys(disk.position for disk in rotor.disks) if is_free(position)]
+    disks = [position for position in places_of(rotor.disks, rotor) if is_free(position)]
     return disks or [(min(bearings) + max(bearings)) / 2]

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -156,6 +157,7 @@ def test_a_skewed_disk_is_a_moment_with_a_law_of_its_own():
     record = located_beside(moment, "moment", LocationOptions(positions=[0.5, 1.0], kinds=["force", "moment"]))
     assert (record.kind, record.law.key, record.law.kind, record.law.position) == ("moment", "skew", "moment", 1.0)
     assert "At 1 m (disk 3), it is a moment ∝ Ω² that turns with the shaft, as of a skewed disk: " in text(record)
+    assert re.search(r"the moment is x [-+0-9.e]+ to [-+0-9.e]+ N m, y [-+0-9.e]+ to [-+0-9.e]+ N m", text(record))
     assert plot(record).get_axes()
 
 

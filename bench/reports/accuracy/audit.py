@@ -1,4 +1,4 @@
-"""The audit of the paper: each printed error beside what the data could have told, under every reading of its print.
+"""The audit of the paper: each printed error next to what the data could have told, under every reading of its print.
 
 The *chance* of a printed error e, rounding r, is that of an efficient unbiased estimate to come so near by luck:
 P(|N(0, b)| ≤ e + r) with the Cramér–Rao lower bound (CRLB) b; r is half the last digit of the error or of the value,

@@ -28,7 +28,7 @@ CLEARLY_VISIBLE = 60.0  # deviance that is expected to be left
 
 
 def power_row(record: DiagnosisRecord, _: Cell) -> dict[str, Any]:
-    """What a record tells besides its verdict: unknowns of what is hidden, and candidates that were tried."""
+    """What a record tells in addition to its verdict: unknowns of what is hidden, and candidates that were tried."""
     return {
         "unknowns": sum(len(effect.parameters) for effect in record.hidden),
         "candidates": len(record.ranking),

@@ -67,5 +67,5 @@ def plain_page(made: Made, drawings: Mapping[str, bytes]) -> Page:
 
 
 def first_line(text: str) -> str:
-    """The first line that is no row of a table."""
+    """The first line that is not a row of a table."""
     return next((line.strip() for line in text.splitlines() if line.strip() and not is_aligned(line)), "")

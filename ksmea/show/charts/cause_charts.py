@@ -29,6 +29,7 @@ ROW = 0.32  # inches of each
 GIVEN, WITH_CAUSE = "as given", "with the cause"
 NAMES = {"model before": GIVEN, "model after": WITH_CAUSE}
 STYLES = {GIVEN: (BEFORE, "dash"), WITH_CAUSE: (AFTER, "solid")}
+ACCEPTED = {"model before": ("model", (MODEL, "solid"))}  # of a model as given that is not rejected
 SYMBOLS = ("circle", "x")
 
 
@@ -48,9 +49,9 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     x = Axis(f"speed ({notation.speed})", group="speed")
     elements: list[Element] = []
     for model, curve in response.curves.items():
-        colour, dash = STYLES[NAMES[model]]
+        label, (colour, dash) = _style(record, model)
         amplitude = broken(scale * np.abs(curve.values[:, column]), curve.breaks)
-        elements.append(Line(_speeds(broken(curve.speed, curve.breaks), notation), amplitude, dash, 1.4, name=NAMES[model], colour=colour))
+        elements.append(Line(_speeds(broken(curve.speed, curve.breaks), notation), amplitude, dash, 1.4, name=label, colour=colour))
     measured = scale * np.abs(response.measured[:, column])
     elements.append(Points(_speeds(response.speed, notation), measured, size=3.5, name="measured", colour=MEASURED))
     name = notation.name(response.channels[column])
@@ -59,9 +60,19 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     if accepted:
         parts = response.residuals[accepted]
         panels.append(_residuals({part: left[:, column] for part, left in parts.items()}, response, x, notation))
-    left = f"; below: residuals {NAMES.get(accepted, '')} in σ of the noise, ± {N_SD:g} shaded" if accepted else ""
-    title = f"Largest misfit of the model as given: {findings.where(record.lack_of_fit.before, notation)}"
+    of = _style(record, accepted)[0] if accepted else ""
+    left = f"; below: residuals of the model{'' if of == 'model' else f' {of}'} in σ of the noise, ± {N_SD:g} shaded" if accepted else ""
+    title = f"Response of {name}, measured and by the model"
+    if record.is_rejected:
+        title = f"Largest misfit of the model as given: {findings.where(record.lack_of_fit.before, notation)}"
     return Chart(title, f"Dots: measured{left}.", (tuple(panels),), width=6.5)
+
+
+def _style(record: DiagnosisRecord, model: str) -> tuple[str, tuple[str, str]]:
+    """Name, colour and dash of a model's curve: one that is not rejected looks like any accepted model."""
+    if not record.is_rejected and model in ACCEPTED:
+        return ACCEPTED[model]
+    return NAMES[model], STYLES[NAMES[model]]
 
 
 def _residuals(parts: dict[str, Array], response: Response, x: Axis, notation: Notation) -> Panel:
@@ -91,11 +102,11 @@ def polar_chart(record: DiagnosisRecord, response: Response, notation: Notation)
     reach = float(np.max(np.abs(measured)))
     elements = list(_rings(reach))
     for model, curve in response.curves.items():
-        colour, dash = STYLES[NAMES[model]]
+        label, (colour, dash) = _style(record, model)
         values = scale * curve.values[:, column]
         values = np.where(np.abs(values) <= BEYOND * reach, values, np.nan)
         re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
-        elements.append(Line(re, im, dash, 1.4, name=NAMES[model], colour=colour))
+        elements.append(Line(re, im, dash, 1.4, name=label, colour=colour))
     said = [f"{each:.0f} {notation.speed}" for each in _speeds(response.speed, notation)]
     elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
     for at in _labelled(measured):

@@ -151,7 +151,7 @@ def _with_phase(values: Array | ComplexArray) -> ComplexArray:
 
 
 def _parts(residuals: Array | ComplexArray, fitted: ComplexArray) -> dict[str, Array]:
-    """Residuals in units of the noise, of a complex one its components beside the fitted response."""
+    """Residuals in units of the noise, of a complex one its components next to the fitted response."""
     if np.iscomplexobj(residuals):
         return dict(zip(COMPONENTS, components(residuals, fitted)))
     return {"amplitude": residuals.real}

@@ -72,7 +72,7 @@ class SpeedTable:
 
     @cached_property
     def _kept(self) -> OrderedDict[bytes, Array]:
-        """Rows at the speeds used last, which a fit asks for at each step."""
+        """Rows at the speeds used last, which a fit requests at each step."""
         return OrderedDict()
 
     def beyond(self, speed: Array) -> tuple[float, float] | None:

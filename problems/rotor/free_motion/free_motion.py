@@ -1,7 +1,7 @@
 """Free motions of a rotor with whatever its bearings and effects do, at many spin speeds.
 
 The rotor is seen in the space of its lowest modes and of its deflections under forces at its ports, as for its stability
-(`problems/rotor/free_motion/stability.py`); with `N_MODE` modes, frequencies up to the highest one asked for are true within 1e-5.
+(`problems/rotor/free_motion/stability.py`); with `N_MODE` modes, frequencies up to the highest one requested are true within 1e-5.
 """
 
 from __future__ import annotations
