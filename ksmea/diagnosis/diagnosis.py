@@ -139,7 +139,7 @@ def diagnose(
     locate: Locate | None = None,
 ) -> Diagnosis:
     """Diagnose a measurement with a library of effects; without any, only test the fit. The baseline model's fits may be given, and
-    what locates the cause without the library: where it finds a place, no pairs of effects elsewhere are sought.
+    what locates the cause without the library: if it finds a place, no pairs of effects elsewhere are sought.
 
     Stated noise is kept unless its size is the only evidence against a model (`ksmea.fits.lack_of_fit`): then the fits use noise
     as large as the residuals of that model.
@@ -314,7 +314,7 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
 
 
 def _acting_where(found: Location, trials: tuple[Trial, ...], baseline: Fit) -> tuple[Trial, ...]:
-    """The trials of effects that act at the place of a sharp location alone; all where it is none."""
+    """The trials of effects that act at the place of a sharp location alone; all without one."""
     if not found.is_sharp:
         return trials
     machine = baseline.problem.machine

@@ -310,7 +310,7 @@ class Explanation:
 
     @property
     def has_sizes(self) -> bool:
-        """Whether each of its effects has a size within its limits: one that ends where it does nothing, or on a limit, is no part of an
+        """Whether each of its effects has a size within its limits: one that ends where it does nothing, or on a limit, does not belong to an
         explanation. Of limits at 0, as of a mass or a loss factor, fewer than half may be met."""
         n = len(self.fit.u) - self.n_unknown
         u, zero = self.fit.u[n:], without_effects(self.fit.problem, n)

@@ -339,7 +339,7 @@ def _listed(record: DiagnosisRecord) -> list[TrialRecord]:
 
 
 def _ranking(record: DiagnosisRecord) -> str:
-    """The highest-ranked effects with their evidence; intervals of their sizes only if a model is believed."""
+    """The highest-ranked effects with their evidence; intervals of their sizes only if a model is accepted."""
     if not record.ranking:
         return ""
     table = in_columns(ranking_table(_listed(record), with_intervals=not is_rejected(record)))

@@ -172,11 +172,9 @@ def diagnosis(
     record = diagnosis_record(found, fine=report.fine)
     case = found.baseline.case  # with the noise that it goes by
     if locate is not None and record.verdict in WRONG:
-        sites = locate(case)
+        sites, sought = locate(case), options.location
         with_laws = record.verdict == "unknown" and not sites.is_anywhere
-        where = location(
-            case, rng, options=options.location, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites
-        )
+        where = location(case, rng, options=sought, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites)
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
     if report.details and (record.verdict != "located" or _reads_wrong(record)):  # explained data are not misread
@@ -195,7 +193,7 @@ def diagnosis(
 def _read_otherwise(
     found: Misread, problem: Problem, search: Search, options: DiagnosisOptions, report: Report
 ) -> DiagnosisRecord | None:
-    """The diagnosis of data that were misread, which ends the search: read otherwise the model as given leaves noise, and no effect
+    """The diagnosis of data that were misread, which ends the search: read otherwise the residuals of the model as given are noise, and no effect
     could gain more. None if it leaves more: something else is wrong, too."""
     reading, _ = found.best
     case = Case.of(problem, reading.measurement)
