@@ -85,8 +85,8 @@ def test_beside_a_name_it_is_a_second_opinion(rotor, hide):
     said = text(record)
     assert "Without the library: an unknown force at" in said
     assert said.count('Trust neither, but those "after", of the extended model.') == 1
-    page = [section for section in diagnosis_page(record, ()).sections if section.title == "Without the library"]
-    drawn = [block.described() for block in page[0].blocks if isinstance(block, Drawn)]
+    folded = {each.title: each.blocks for each in diagnosis_page(record, ()).sections[-1].blocks}
+    drawn = [block.described() for block in folded["Location without the library"] if isinstance(block, Drawn)]
     assert why_without(record)[0] in drawn[-1].caption
 
 
