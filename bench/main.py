@@ -1,6 +1,6 @@
 """Dispatch of the command line, and the last place where an error becomes one line and an exit code.
 
-Experiments, commands and help are imported when they are asked for: what is refused, and help, come at once.
+Experiments, commands and help are imported when they are requested: what is refused, and help, come at once.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def _version_text() -> str:
 
 
 def _completion(asked: str, words: list[str]) -> str:
-    """A shell's script, or the completions that it asks for."""
+    """A shell's script, or the completions that it requests."""
     from bench.help.completion import completed, script
 
     return script(words) if asked == COMPLETION else completed(words)

@@ -189,7 +189,7 @@ def visible(text: str, kept: str = "") -> str:
 
 
 def visible_lines(text: str) -> str:
-    """The same of several lines, which stay lines."""
+    """Visible text of several lines, which stay lines."""
     return visible(text, kept="\n")
 
 

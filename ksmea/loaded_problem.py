@@ -167,7 +167,7 @@ class LoadedProblem:
         return middles(self.parameters, [each.name for each in self.parameters if each.name not in known])
 
     def with_settings(self, **settings: Any) -> LoadedProblem:
-        """The same problem with some of its settings changed."""
+        """Problem with some of its settings changed."""
         changed = dataclasses.replace(self.settings, **settings)
         return LoadedProblem(self.name, changed, changed.build())
 
@@ -197,7 +197,7 @@ class LoadedProblem:
 
 
 def _middles_in_words(taken: Mapping[str, float]) -> tuple[str, ...]:
-    """That unknowns have no value, and what they are taken as."""
+    """Sentence on unknowns without a value and their assumed values."""
     if not taken:
         return ()
     first = next(iter(taken))

@@ -152,7 +152,7 @@ class PlanResult(Result[PlanningRecord]):
 
 @dataclass(frozen=True)
 class DiagnosisResult(Result[DiagnosisRecord]):
-    """What the model gets wrong, which effect explains it, and what the extended model is worth on left-out data.
+    """Result of a diagnosis: misfit of the model, explaining effect, and gain of the extended model on left-out data.
 
     `extended_yaml` is the file of the extended model, empty if the verdict names no effect: `load_problem` takes it.
     """
@@ -178,7 +178,7 @@ class DiagnosisResult(Result[DiagnosisRecord]):
 
     @property
     def location(self) -> LocationResult | None:
-        """What is found without the library; None if the model is adequate, or the data are too few."""
+        """Location without the library; None if the model is adequate, or the data are too few."""
         found = self.record.location
         return None if found is None else LocationResult(found, self.extended_yaml if self.verdict == "located" else "")
 

@@ -1,4 +1,4 @@
-"""What `rotor.draw()` returns: the rotor and how it whirls, as figures, tables and text."""
+"""Result of `rotor.draw()`: the rotor and its whirl as figures, tables and text."""
 
 from __future__ import annotations
 

@@ -4,17 +4,17 @@
       - {name: bare, file: bare.csv}
       - {name: trial, file: trial.csv, weights: [{position: 0.2, g_mm: 150, angle_deg: 30}]}
 
-- `file`, a CSV file as `measurement=file` reads it, relative to the YAML file. Or one `file` beside `runs`, whose column
+- `file`, a CSV file as `measurement=file` reads it, relative to the YAML file. Or one `file` next to `runs`, whose column
   `run` has the names of the runs.
-- `weights`, the known unbalance that the shaft carried in this run besides its own: `position` from the left end (m), size
+- `weights`, the known unbalance that the shaft carried in this run in addition to its own: `position` from the left end (m), size
   (g mm) and `angle_deg` (0 if not given), counted from where the model's unbalance phases are, towards the direction of
   rotation. Where the model fixes the phase of its unbalance, angles are from there. A weight without `g_mm` is to be found:
   two unknowns of the run, within `at_most_g_mm` (the largest unbalance of the model if not given). `size: 5 g @ 120 mm` or
-  `size: 2.5 oz in` may stand for `g_mm`, and `at_most` for `at_most_g_mm`; `planes` beside `runs` has radii and holes
+  `size: 2.5 oz in` may stand for `g_mm`, and `at_most` for `at_most_g_mm`; `planes` next to `runs` has radii and holes
   (`measurements/balancing_planes.py`).
 - `direction` (up, down, steady), a note; `speeds: [from, to]`, those that are used (rpm).
 - A speed may be measured several times in a run.
-- `own: [names]` beside `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
+- `own: [names]` next to `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
   unbalance and the origin of phases.
 - `noise`: `shared`, all runs have the same where it is estimated, or `own`, each its own relative part and floor.
 

@@ -59,7 +59,7 @@ class Drawn(MeasurementSource):
         return self._synthetic.layout(settings)
 
     def true_values(self, settings: ProblemSettings) -> dict[str, float]:
-        """Those of the problem; whether its rotor is stable there is asked when it is measured."""
+        """True values of the problem; stability is checked when it is measured."""
         return dict(settings.reference())
 
     def measure(

@@ -1,4 +1,4 @@
-"""What was really measured, from a CSV file: `measurement=file measurement.path=run.csv`.
+"""Measured data from a CSV file: `measurement=file measurement.path=run.csv`.
 
 One row per speed and channel:
 

@@ -130,7 +130,7 @@ def _rising(speed: Array, indices: Indices, channel: Channel, path: str) -> Indi
 def _combined(
     rows: Rows, ordered: dict[Channel, Indices], moved: dict[Channel, Interpolated], at: Array, kept: Indices
 ) -> Rows:
-    """The rows of all channels at the speeds that are kept, beside each other."""
+    """The rows of all channels at the speeds that are kept, next to each other."""
     line, out_speed, out_channel = [], [], []
     amplitude: list[float] = []
     phase: list[float] = []

@@ -50,7 +50,7 @@ def without_slow_roll(rows: Rows, highest: float, path: str) -> tuple[Rows, str]
 
 
 def vectors(rows: Rows) -> Array | ComplexArray:
-    """What each row says, (n_row,) µm zero to peak: complex with phases, else amplitudes."""
+    """Reading of each row, (n_row,) µm zero to peak: complex with phases, otherwise amplitudes."""
     amplitude = np.array(rows.amplitude)
     return amplitude if rows.phase is None else amplitude * np.exp(1j * DEGREE * np.array(rows.phase))
 

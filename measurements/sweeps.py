@@ -90,6 +90,7 @@ def require_one_way(rows: Rows, path: str) -> None:
 FEWEST = 10  # rows with times that say a rate
 MANY = 50  # rows without times that are taken for a sweep: steady speeds are set by hand, and fewer
 EVEN = 0.02  # of the mean step, by which the steps of a grid of steady speeds differ at most
+FEWEST_EVEN, SINGLE = 3.0, 0.5  # even steps in a row, on average, of a grid that is finer in places; part of the rows that are of one step
 NEAR_ROW = 1.0  # rows: root mean square distance of the row numbers from those at a constant rate
 STRAIGHTER = 3.0  # times as near as those of a speed that rises evenly from row to row
 
@@ -99,13 +100,22 @@ def speed_history(speed: Array, time: Array | None) -> SpeedHistory | None:
     steps = np.diff(speed)
     if time is not None and len(speed) >= FEWEST and time[-1] > time[0]:
         return _timed(speed, time) if _is_one_way(speed) else None
-    if len(speed) < MANY or not (np.all(steps > 0) or np.all(steps < 0)) or np.ptp(steps) < EVEN * abs(steps.mean()):
+    if len(speed) < MANY or not (np.all(steps > 0) or np.all(steps < 0)) or _is_grid(steps):
         return None
     if _distance(speed**2) < min(NEAR_ROW, _distance(speed) / STRAIGHTER):
         rates = _slopes(np.arange(len(speed), dtype=float), speed**2) / (2 * TURN)
         # rising rows may have been sorted: nobody sorts them so that they fall
         return SpeedHistory("either" if rates[0] > 0 else DIRECTIONS[1], (float(rates[0]), float(rates[1])))
     return SpeedHistory("either" if steps[0] > 0 else DIRECTIONS[1])
+
+
+def _is_grid(steps: Array) -> bool:
+    """Whether steps (n - 1,) are those of a grid, or of grids in turn: steady speeds are set evenly, and more finely at criticals."""
+    close = EVEN * abs(steps.mean())
+    rows = np.split(steps, np.flatnonzero(np.abs(np.diff(steps)) > close) + 1)
+    lengths = np.array([len(row) for row in rows])
+    is_even = all(np.ptp(row) < close for row in rows)
+    return bool(is_even and lengths.mean() >= FEWEST_EVEN and np.mean(lengths == 1) <= SINGLE) or np.ptp(steps) < close
 
 
 def _timed(speed: Array, time: Array) -> SpeedHistory:

@@ -28,7 +28,7 @@ class LM(Optimizer):
     """Bounded least squares (trust region reflective) from the best, mutually distant points of a screening.
 
     It evaluates `screening` points, the misfit at the starts, and at most `max_iterations` points from each start
-    besides Jacobians. Of a budget at most half is screened, so that the best of it is sure to be evaluated.
+    in addition to Jacobians. Of a budget at most half is screened, so that the best of it is sure to be evaluated.
     """
 
     screening: int = setting(8000, "points of the screening, a scrambled Sobol' sequence", at_least=0)

@@ -22,6 +22,7 @@ from functools import cache
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.errors import SettingError
 from ksmea.likelihood.fisher import UNKNOWABLE, whitened_sensitivity
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
@@ -29,12 +30,13 @@ from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE, GIGAPASCAL
+from problems.drawn_kinds import KINDS, drawn_of_kind
 from problems.drawn_numbers import UNITS, Range, limited_about, log_uniform, rounded
 from problems.drawn_parts import PARTS, Draw, in_order, with_parts
 from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
-from problems.rotor.finite_elements.mesh import uniform_shaft
-from problems.rotor.finite_elements.segments import Disk, Material
+from problems.rotor.finite_elements.mesh import share_elements, uniform_shaft
+from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
 from problems.rotor.inputs.tolerances import TOLERANCES, TYPICAL
 from problems.rotor.inputs.uncertain import UncertainNumbers
 from problems.rotor.response.problem import RotorProblem
@@ -150,8 +152,9 @@ class Drawn(ProblemSettings):
         "three_disk",
         "what is drawn and unknown: isotropic (a rig with one disk: k, c and u), one_disk (the same with kxx, kyy, cxx, cyy and"
         " u), three_disk (a machine, the same five), cross_coupled (with kxy = kyx too), two_disk (a rig: kxx, kyy, cxx, cyy,"
-        " two unbalances and the phase between them)",
-        choices=tuple(FAMILIES),
+        " two unbalances and the phase between them); and the kinds of machines on which a diagnosis is counted"
+        " (problems/drawn_kinds.py): between_bearings, overhung, two_overhangs, flexible_rig, long",
+        choices=(*FAMILIES, *KINDS),
     )
     instance: int = setting(0, "number of the draw", at_least=0)
     held_back: bool = setting(
@@ -169,9 +172,20 @@ class Drawn(ProblemSettings):
         choices=TOLERANCES,
     )
 
+    mesh: int | None = setting(None, "elements of the shaft; null: as drawn", at_least=1)
+
+    def check(self) -> None:
+        if self.family in KINDS and self.machine_parts:
+            raise SettingError(
+                f"machine_parts: expected none with family={self.family}, got {', '.join(self.machine_parts)}; take one of"
+                f" {', '.join(FAMILIES)}"
+            )
+
     def build(self) -> RotorProblem:
         """The problem; its rotor carries no values of the unknowns."""
         problem = drawn(self.family, self.held_back, self.instance, in_order(self.machine_parts)).problem
+        if self.mesh is not None:
+            problem = replace(problem, rotor=_meshed(problem.rotor, self.mesh))
         return (
             replace(problem, uncertain=UncertainNumbers(tolerances=TYPICAL))
             if self.tolerances == "typical"
@@ -201,10 +215,22 @@ def drawn(family: str, held_back: bool, number: int, parts: tuple[str, ...] = ()
     entropy = [*family.encode(), int(held_back), number, *" ".join(parts).encode()]
     rng = np.random.default_rng(np.random.SeedSequence(entropy))
     for _ in range(MAX_DRAWS):
-        found = _with_band(_any_draw(FAMILIES[family], parts, rng), FAMILIES[family], rng)
+        if family in KINDS:
+            of_kind = drawn_of_kind(family, rng)
+            found = None if of_kind is None else Instance(*of_kind)
+        else:
+            found = _with_band(_any_draw(FAMILIES[family], parts, rng), FAMILIES[family], rng)
         if found is not None and is_sound(found):
             return found
     raise ArithmeticError(f"{family} {number}: expected a sound draw, got none in {MAX_DRAWS}")
+
+
+def _meshed(rotor: Rotor, n_element: int) -> Rotor:
+    """The rotor with so many elements, shared by length: no draw depends on it."""
+    counts = share_elements(n_element, [segment.length for segment in rotor.segments])
+    shaft = [each for each in rotor.segments if isinstance(each, ShaftSegment)]  # no drawn one has couplings
+    segments = tuple(replace(each, n_element=count) for each, count in zip(shaft, counts, strict=True))
+    return replace(rotor, segments=segments)
 
 
 def is_sound(instance: Instance) -> bool:

@@ -65,7 +65,7 @@ class RotorFile(ProblemSettings):
         return dict(self._description.reference)
 
     def fingerprint(self) -> str:
-        """Hash of what the settings name but do not hold: the content of the file, then of each table that it names, beside its path from
+        """Hash of what the settings name but do not hold: the content of the file, then of each table that it names, next to its path from
         there. A changed file is another problem."""
         tables = {word.partition("#")[0]: _hash(held) for word, held in self._description.tables.items()}
         return "; ".join([_hash(self._content), *(f"{content} {path}" for path, content in tables.items())])

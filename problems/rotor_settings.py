@@ -21,7 +21,7 @@ FASTEST = 1e7  # in any unit: no shaft turns as fast
 
 
 def check_band(speed_from: float, speed_to: float, n_speed: int) -> None:
-    """Raise `SettingError` if the ends are swapped, or are one while several speeds are asked for."""
+    """Raise `SettingError` if the ends are swapped, or are one while several speeds are requested."""
     if speed_to > FASTEST:
         raise SettingError(f"speed_to: expected at most {FASTEST:g}, got {speed_to:g}; check it and its unit")
     if speed_to < speed_from or (speed_to == speed_from and n_speed > 1):
@@ -61,7 +61,7 @@ def _parameter(name: str, unit: str, si_per_unit: float, limits: Sequence[float]
 
 
 def check_probes(sensors: Sequence[float], directions: Sequence[str]) -> None:
-    """Raise `SettingError` if a list is empty, holds an entry twice or a direction that is none."""
+    """Raise `SettingError` if a list is empty, holds an entry twice or a direction that is not one."""
     for name, entries in (("sensors", sensors), ("directions", directions)):
         if not entries or len(set(entries)) < len(entries):
             raise SettingError(f"{name}: expected at least one entry and none twice, got {list(entries)}")

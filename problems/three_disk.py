@@ -136,7 +136,7 @@ def three_disk_rotor(mesh: int) -> Rotor:
 
 
 def _targets(name: str) -> tuple[Target, ...]:
-    """What an unknown sets: the unbalance, or a coefficient of both bearings alike."""
+    """Target of an unknown: the unbalance, or a coefficient of both bearings."""
     if name == "u":
         return (UnbalanceTarget(0),)
     return (BearingTarget(0, name), BearingTarget(1, name))

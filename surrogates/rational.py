@@ -91,7 +91,7 @@ class StructuredRational(Surrogate):
     structure: ResponseStructure
 
     def least_samples(self, d: int) -> int:
-        """As many as there are coefficients, and what the substitute needs. None is left to be left out."""
+        """Number of coefficients, and at least the samples of the substitute; none remains to be left out."""
         substitute = self.settings.substitute
         return max(self._least, 0 if substitute is None else substitute.least_samples(d))
 
@@ -164,6 +164,6 @@ class RationalPredictor(Predictor):
 
 
 def _largest_relative(error: Array, response: ComplexArray) -> float:
-    """Of errors (n, n_speed, n_channel) of samples; NaN if one of them is."""
+    """Largest relative error of samples (n, n_speed, n_channel); NaN if one of them is."""
     size = np.abs(response)
     return float(np.max(error / np.maximum(size, LEAST_RELATIVE * np.median(size, axis=0))))

@@ -26,7 +26,7 @@ VARIANCE_FLOOR = 1e-20
 
 @dataclass(frozen=True)
 class ThetaObjective:
-    """What θ minimises, for outputs (n, q) standardised to spread 1 that share it.
+    """Objective of θ for outputs (n, q) standardised to spread 1 that share it.
 
     - `likelihood`: mean_l ln σ_l² + ln|R|/n, the concentrated log-likelihood of independent outputs, −2/(n q) of it;
     - `dace`: ln(Σ_l σ_l²) + ln|R|/n, the logarithm of DACE's Σσ²·|R|^(1/n), with the same minimum.

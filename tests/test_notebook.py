@@ -45,7 +45,7 @@ def test_it_runs_and_finds_what_is_hidden(executed):
     texts = [printed(cell) for cell in code(executed)]
     assert any("Verdict: named – residual_bow (whole rotor)" in text for text in texts)
     assert "residual_bow (whole rotor): bow_x = " in texts[-1]
-    assert any("the model does not explain the data within their noise" in text for text in texts)
+    assert any("the model does not fit: its residuals are not noise" in text for text in texts)
     assert all(output.output_type != "error" for cell in code(executed) for output in cell.outputs)
 
 

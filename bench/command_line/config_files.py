@@ -26,7 +26,7 @@ INCLUDED = {"experiment": "includes"}  # what names one in a file
 
 
 def settings_of(words: Sequence[str]) -> tuple[Choice, ...]:
-    """What the words say without options."""
+    """Settings among the arguments, without options."""
     return parse([word for word in words if "=" in word and not word.startswith("-")])
 
 

@@ -40,7 +40,7 @@ def hides_progress() -> bool | None:
 
 
 def has_colours(stream: TextIO) -> bool:
-    """Whether a stream is a terminal that shows colours, and nobody has asked for none (no-color.org)."""
+    """Whether a stream is a terminal that shows colours, and nobody has requested none (no-color.org)."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 

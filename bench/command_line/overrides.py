@@ -39,7 +39,7 @@ PLAIN = re.compile(r"[\w./-]+")  # a path that needs no quotes in Hydra's gramma
 
 @dataclass(frozen=True)
 class Choice:
-    """What the command line says of one setting or group: one value, or the several values of a sweep."""
+    """Choice of one setting or group on the command line: one value, or several values of a sweep."""
 
     key: str
     values: tuple[Any, ...]

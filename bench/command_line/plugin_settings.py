@@ -61,7 +61,7 @@ def names_plugin(key: str) -> bool:
 
 
 def unknown_key(key: str, names: Iterable[str]) -> SettingError:
-    """The error for a setting that is none of `names`, the nearest of them first."""
+    """The error for a setting that is not one of `names`, the nearest of them first."""
     parent, dot, name = key.rpartition(".")
     known = sorted(names)
     others = [] if name in known else [f"{parent}={other}" for other in plugins_with(parent, name)]
@@ -75,6 +75,6 @@ def unknown_key(key: str, names: Iterable[str]) -> SettingError:
 
 
 def plugins_with(group: str, setting: str) -> list[str]:
-    """The plugins of a group whose source has a setting; none if it is no group."""
+    """The plugins of a group whose source has a setting; none if it is not a group."""
     names = registered(group) if group in GROUPS else ()
     return [name for name in names if setting in (source_settings(group, name) or ())]

@@ -48,7 +48,7 @@ QUOTES = "'\""
 
 
 def joined_options(words: Sequence[str]) -> list[str]:
-    """The words with the value of an option in the same word, --config-dir=DIR; `SettingError` for an option that is none, or
+    """The words with the value of an option in the same word, --config-dir=DIR; `SettingError` for an option that is not one, or
     has no value."""
     joined: list[str] = []
     remaining = list(words)
@@ -148,7 +148,7 @@ def _unclosed(text: str) -> str:
 
 
 def _no_setting(word: str, before: list[str], after: list[str], commands: Collection[str]) -> SettingError:
-    """What a word without '=' was probably meant to be."""
+    """Probable meaning of an argument without '='."""
     if word in commands:
         return SettingError(
             f"{word}: expected a command as the first word, got it later", meant=[word, *before, *after]

@@ -1,6 +1,6 @@
 """Commands by name. Those on results that are there read plan and records, and `verify` alone runs anything.
 
-Each command is imported when it is asked for: `status` needs neither tables nor figures, which take 0.5 s to load.
+Each command is imported when it is requested: `status` needs neither tables nor figures, which take 0.5 s to load.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ def draw(words: list[str]) -> int:
 
 
 def _require_own_page(page: Path) -> None:
-    """Raise `SettingError` if a page stands that is none of a drawing, which would be lost."""
+    """Raise `SettingError` if a page stands that is not one of a drawing, which would be lost."""
     if page.exists() and page_facts(page.parent).get("study") != STUDY:
         raise SettingError(f"{page}: expected a drawing's page or none, found another page; choose another output=DIR")
 
@@ -98,7 +98,7 @@ def _page(
 
 
 def rotor_sections(found: Rotordynamics) -> tuple[Section, ...]:
-    """The chapters of the page. Figures are named as the files beside it."""
+    """The chapters of the page. Figures are named as the files next to it."""
     rotor: tuple[Block, ...] = (
         Prose("\n".join(sentences(found))),
         Drawn(rotor_chart(found.layout, found.title), "rotor.png"),
@@ -157,7 +157,7 @@ def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dic
 
 
 def _put(given: dict[str, Any], keys: list[str], value: Any) -> None:
-    """A value into nested settings; a mapping is added to what is there. The name of a plugin stands beside its settings."""
+    """A value into nested settings; a mapping is added to what is there. The name of a plugin stands next to its settings."""
     first, *rest = keys
     inner = given.get(first, {})
     if not rest and not isinstance(value, Mapping) and first != PROBLEM:

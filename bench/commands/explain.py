@@ -97,7 +97,7 @@ def _said(settings: Any) -> str:
 
 
 def _why_stale(plan: Plan, run: Run, folder: Path, used: Mapping[str, str]) -> list[str]:
-    """What differs between the plan and the session that answered the same question."""
+    """Differences between the plan and the session that answered its question."""
     sessions: dict[str, SessionLine] = {}
     answered_in: str | None = None
     for line in read_lines(folder):

@@ -1,6 +1,6 @@
 """`export ioh|coco|csv NAME|DIR [--out DIR]`: the course of each run for the programs of other benchmarks.
 
-`instances.csv` beside it says which settings the numbers of functions and instances stand for. `export measurement` writes a
+`instances.csv` next to it says which settings the numbers of functions and instances stand for. `export measurement` writes a
 synthetic measurement (`bench/commands/export_measurement.py`).
 """
 

@@ -1,4 +1,4 @@
-"""What a file leaves open that `import` is to read, as far as that can be seen, and the command with a place for each answer."""
+"""Open questions of a file for `import`, as far as they can be seen, and the command with a place for each answer."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def questions_text(path: str, given: Mapping[str, Any], asked: Asked[File], othe
 
 
 def in_options(said: str) -> str:
-    """What an error says of settings, `probes=[name@m@direction,…]`, as options of `import`.
+    """Settings of an error message, `probes=[name@m@direction,…]`, as options of `import`.
 
     >>> in_options("give columns=[role=heading,…], or measurement.speed_unit=rpm")
     'give --column role=heading --column …, or --speed-unit rpm'

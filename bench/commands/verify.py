@@ -47,7 +47,7 @@ DEFAULTS = {"repetitions": None, "workers": None, "tolerance": 1e-6}
 
 @dataclass(frozen=True)
 class Difference:
-    """One value of the reference and what it is now; `allowed` is the largest difference that is no failure."""
+    """One value of the reference and what it is now; `allowed` is the largest difference that is not a failure."""
 
     what: str
     reference: float

@@ -39,7 +39,7 @@ def script(words: Sequence[str]) -> str:
 
 
 def completed(words: Sequence[str]) -> str:
-    """What may stand in place of the last word, a line each; `<files>` where it may be the name of a file."""
+    """Completions of the last word, a line each; `<files>` where it may be the name of a file."""
     *before, current = words or [""]
     try:
         offered = [*_offered(before, current)]
@@ -71,7 +71,7 @@ def _commands() -> list[str]:
 
 
 def _of_command(command: str, given: Sequence[str]) -> Iterable[str]:
-    """What may follow a command."""
+    """Words that may follow a command."""
     if command == "help":
         plugins = (name for group in (*GROUPS, *FURTHER) for name in registered(group))
         if given and given[-1] in (*GROUPS, *FURTHER):

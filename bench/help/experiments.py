@@ -45,7 +45,7 @@ def experiment_text(name: str, path: Path) -> str:
 
 
 def _remark(text: str) -> Iterator[str]:
-    """What the file says at its beginning."""
+    """Comment at the beginning of the file."""
     for line in text.splitlines():
         if not line.startswith("#"):
             return
@@ -64,7 +64,7 @@ def _plugins(said: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _settings(said: Mapping[str, Any], above: str = "") -> Iterator[str]:
-    """What the file sets, as words of a command line."""
+    """Settings of the file, as arguments of a command line."""
     for key, value in said.items():
         if isinstance(value, dict) and key != "standard":
             yield from _settings(value, f"{above}{key}.")

@@ -58,7 +58,7 @@ def explained(asked: str) -> list[Entry]:
 
 
 def mentioned(asked: str) -> list[Entry]:
-    """The first entries in whose term all words occur that are asked for.
+    """The first entries in whose term all words occur that are requested.
 
     >>> [entry.term for entry in mentioned("decrement")]
     ['log decrement']

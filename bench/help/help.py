@@ -57,7 +57,7 @@ BENCH_TRACEBACK=1 shows the traceback of an error of input"""
 
 
 def start_text() -> str:
-    """What to do first."""
+    """First steps."""
     return START
 
 

@@ -59,7 +59,7 @@ def _plugin_text_or_why_not(group: str, name: str, problem: Problem) -> str:
 
 
 def plugin_text(group: str, name: str, problem: Problem) -> str:
-    """What a plugin is, where it comes from, and its settings; of an effect its unknowns on a problem too."""
+    """Description, origin and settings of a plugin; of an effect also its unknowns on a problem."""
     settings = registry.plugin_class(group, name)
     lines = [f"{group}={name}: {_summary(settings)} [{registry.origin(group, name)}]"]
     lines += [f"  {setting_line(f'{group}.{field.name}', field)}" for field in own_fields(settings)]
@@ -89,7 +89,7 @@ def _why_not_offered(group: str, name: str) -> list[str]:
 
 
 def _effect_lines(name: str, problem: Problem) -> list[str]:
-    """What an effect has besides its settings: its unknowns, what can look alike, and its physics with its source."""
+    """What an effect has in addition to its settings: its unknowns, what can look alike, and its physics with its source."""
     effect = registry.create(EFFECT, name, {})
     lines = []
     for parameter in _parameters_on(effect, problem):
@@ -102,7 +102,7 @@ def _effect_lines(name: str, problem: Problem) -> list[str]:
 
 def _parameters_on(effect: AnyEffect, problem: Problem) -> Sequence[Parameter]:
     """Its unknowns on a problem; none if it does not fit the one that is shown unasked. `SettingError` if it does not fit
-    the one that was asked for."""
+    the one that was requested."""
     try:
         return effect.parameters(registry.create("problem", problem.name, problem.settings).build())
     except Exception as error:  # whatever an effect for other problems does with it

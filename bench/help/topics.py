@@ -25,7 +25,7 @@ LEAST_ALIKE = 0.65  # ratio from which on names are alike
 
 
 def topic_text(words: Sequence[str], experiments: Mapping[str, Path], usage: str) -> str:
-    """All that has one of the names; `SettingError` for a name that nothing has. problem=NAME beside the name of an effect
+    """All that has one of the names; `SettingError` for a name that nothing has. problem=NAME next to the name of an effect
     chooses the problem that its limits are shown for."""
     asked, problem = _with_problem(words)
     first, *names = asked

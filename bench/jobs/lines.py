@@ -1,7 +1,7 @@
 """Lines of record files as typed data: what computed the runs (`session`), that a run was started, and how it ended.
 
 In a file a line is one JSON object, the fields of a run's line and those of its study's record side by side. Of a run's
-line only the former are read; the record is when it is asked for.
+line only the former are read; the record is when it is requested.
 """
 
 from __future__ import annotations

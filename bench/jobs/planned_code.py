@@ -24,7 +24,7 @@ def require_planned_code(plan: Plan) -> None:
 
 
 def planned_plugins(plan: Plan) -> dict[str, dict[str, str]]:
-    """The plain files of a plan's plugins, each with the digests that it and what it imports from beside it should have."""
+    """The plain files of a plan's plugins, each with the digests that it and what it imports from next to it should have."""
     digests = {name.removeprefix(FILE): digest for name, digest in plan.modules.items() if is_file(name)}
     return {path: digests for path in sorted({*plan.plugins.values()})}
 

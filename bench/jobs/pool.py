@@ -51,7 +51,7 @@ BEGINS = None  # what a worker says before it begins a task
 @dataclass(frozen=True)
 class _Message:
     """What a worker says, `BEGINS` or a result, with the number of the task that it is about and the process that says
-    it: a run may fork, and what its children say is no result of the run."""
+    it: a run may fork, and what its children say is not a result of the run."""
 
     task: int
     process: int
@@ -296,7 +296,7 @@ def _end_if_asked() -> None:
 
 
 def _end_with_the_job() -> None:
-    """Wait for the process that wants the results to end, however that comes, and end this one: nobody asks for them any more. Processes
+    """Wait for the process that wants the results to end, however that comes, and end this one: nobody requests them any more. Processes
     that the run has started go on."""
     job = multiprocessing.parent_process()
     if job is not None:

@@ -1,6 +1,6 @@
 """Which jobs are at work in a folder that they share: each has a numbered file there and renews it; one that does not is dead.
 
-No lock is asked for, which network file systems may lack. A number is taken by creating its file (O_EXCL), and ages are
+No lock is requested, which network file systems may lack. A number is taken by creating its file (O_EXCL), and ages are
 differences of times that the file server itself has written: the clocks of the machines need not agree.
 """
 

@@ -1,6 +1,6 @@
 """Records: append-only JSON lines, one file and one writer per batch.
 
-A line that is no record, torn by a killed writer or damaged since, is skipped and counted; its run is repeated.
+A line that is not a record, torn by a killed writer or damaged since, is skipped and counted; its run is repeated.
 """
 
 from __future__ import annotations

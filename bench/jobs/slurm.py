@@ -1,4 +1,4 @@
-"""What Slurm says of its jobs: `squeue` alone is asked, which is there with every Slurm, with or without accounting."""
+"""States of Slurm jobs by `squeue` only, which exists with and without accounting."""
 # Shorter than 40 lines: all that is known of Slurm's variables.
 
 from __future__ import annotations

@@ -116,7 +116,7 @@ class Composer:
         return not _of_plugin(choice) or self._has(choice.key, groups)
 
     def _standard(self, groups: Mapping[str, str]) -> Iterable[str]:
-        """What the experiment sets of the plugins chosen at a point, as far as they have it."""
+        """Settings of the experiment for the plugins chosen at a point, as far as they have them."""
         standard = {**self.compared, **self.outline.standard}
         for key, value in sorted(standard.items(), key=lambda item: names_plugin(item[0])):
             said = plugin_setting(key)

@@ -171,7 +171,7 @@ def _compared(composer: Composer, cells: Sequence[Cell]) -> list[str]:
 
 
 def _fixed(choices: Iterable[Choice]) -> list[Choice]:
-    """What the command line gives one value; the others are swept."""
+    """Settings with one value on the command line; the others are swept."""
     return [choice for choice in choices if len(choice.values) <= 1]
 
 

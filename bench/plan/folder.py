@@ -34,7 +34,7 @@ def require_own_folder(plan: Plan, output: Path) -> None:
 
 
 def own_folder(plan: Plan, output: Path) -> Path:
-    """The default folder of a plan, or if it holds another problem, measurement or study, the one beside it that is named after
+    """The default folder of a plan, or if it holds another problem, measurement or study, the one next to it that is named after
     what is other: results/run, results/run_pump, results/run_pump_diagnose. No command is refused for another one before it."""
     folder = output
     for _ in range(MOST_PARTS):

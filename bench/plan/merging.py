@@ -159,7 +159,7 @@ def _flat(settings: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, 
 
 
 def _are_alike(one: ParameterFacts, two: ParameterFacts) -> bool:
-    """The same unknown; its CRLB may differ by rounding."""
+    """Whether two unknowns are alike; the CRLB may differ by rounding."""
     if one.truth is None or two.truth is None:
         return one.name == two.name and one.truth == two.truth
     return one.name == two.name and math.isclose(one.truth, two.truth, rel_tol=ROUNDING)

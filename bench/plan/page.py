@@ -1,4 +1,4 @@
-"""What the page of a report shows, as data: a headline, and sections of texts, tables, plots and commands.
+"""Page of a report as data: a headline, and sections of texts, tables, plots and commands.
 
 A report says what is told (`Made.page`); `bench/reports/pages` writes it as HTML. Texts are plain: whatever they hold is shown
 as it stands and does nothing.
@@ -119,7 +119,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Folded:
-    """What is opened by a click."""
+    """Blocks that a click opens."""
 
     title: str
     blocks: tuple[Block, ...]

@@ -1,4 +1,4 @@
-"""What tables need to know of the unknowns of each cell, the Cramér–Rao lower bound (CRLB) among it.
+"""Facts on the unknowns of each cell for tables, including the Cramér–Rao lower bound (CRLB).
 
 Cells of a grid often differ in their method or in what data hide, and have the same CRLB. It is computed once for all whose
 problem, true values and noise have the same content.
@@ -20,7 +20,7 @@ class FactsOfCells:
         self._crlbs: dict[str, list[float | None]] = {}
 
     def of(self, setup: Setup, with_crlb: bool) -> tuple[ParameterFacts, ...]:
-        """Those of a cell's unknowns; none if its study asks for no problem."""
+        """Facts on a cell's unknowns; none if its study needs no problem."""
         if setup.aligned_problem is None:
             return ()
         crlbs = self._crlb(setup) if with_crlb else [None] * len(setup.problem.parameters)

@@ -82,7 +82,7 @@ class Run:
 
 @dataclass(frozen=True)
 class ReportSettings:
-    """What is made of the records: the kind of table, the paper's table beside it, figures, and the error in per cent
+    """What is made of the records: the kind of table, the paper's table next to it, figures, and the error in per cent
     within which a run counts as exact (None: not asked)."""
 
     table: str

@@ -1,4 +1,4 @@
-"""What a result was computed by: the modules that take part in it, without their comments, and the libraries' versions."""
+"""Provenance of a result: the modules that take part in it, without comments, and the versions of libraries."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def code_digest(modules: Mapping[str, str]) -> str:
 
 @cache
 def _said_by(module: str) -> Source | None:
-    """What the file of a module says, by full names; None for what is no module of Python source."""
+    """What the file of a module says, by full names; None for what is not a module of Python source."""
     file = _file_of(module)
     if file is None:
         return None
@@ -133,7 +133,7 @@ def _said_by(module: str) -> Source | None:
 
 @cache
 def _file_of(module: str) -> Path | None:
-    """The file of a module; None for what is no module of Python source."""
+    """The file of a module; None for what is not a module of Python source."""
     return source_file(module)
 
 

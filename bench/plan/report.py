@@ -30,7 +30,7 @@ class Made:
     """`text` is printed, `files` are written by name, `runs` has a row per planned run with its `status` and `error`.
 
     `figures` makes further files, after `files` are written; it is not asked where they are there already and were made
-    of the same `files`. Content that is a function is asked for alone: where that fails, only its file is missing.
+    of the same `files`. Content that is a function is requested alone: where that fails, only its file is missing.
     `page` says what the page of the experiment shows; left out, it shows `text`, the tables of `files` and the figures. The
     charts of a page (`bench.plan.page.Drawn`) are written as pictures too: `figures` names only what no page shows.
     `outdated` names files that an earlier call may have written and that would now say what is not so.

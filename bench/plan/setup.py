@@ -30,7 +30,7 @@ PARTS_FIRST = sorted(registry.GROUPS, key=lambda group: group == "method")  # a 
 
 @dataclass(frozen=True)
 class Setup:
-    """`plugins` by group, None if a part is ignored; `aligned_problem` is None for a study that asks for none; `truth` by
+    """`plugins` by group, None if a part is ignored; `aligned_problem` is None for a study that requests none; `truth` by
     name, SI, as far as it is known to anyone: empty for what was really measured."""
 
     plugins: Mapping[str, Any]
@@ -39,7 +39,7 @@ class Setup:
 
     @classmethod
     def of(cls, settings: Mapping[str, Any]) -> Setup:
-        """What a run's settings say, its files unchanged since they were planned."""
+        """Setup from a run's settings, its files unchanged since they were planned."""
         plugins = plugins_of(settings)
         for group, fingerprint in fingerprints(plugins).items():
             if settings.get(FINGERPRINTS[group], fingerprint) != fingerprint:
@@ -61,7 +61,7 @@ class Setup:
 
     @property
     def settings(self) -> ProblemSettings:
-        """What the problem was built from."""
+        """Settings of the problem."""
         settings: ProblemSettings = self.plugins["problem"]
         return settings
 
@@ -83,11 +83,11 @@ class Setup:
         return self.source.measure(self.settings, self.truth, noise, hidden)
 
     def true_response(self, draw: Draw) -> ComplexArray | None:
-        """What is measured in one run without its noise, (n_speed, n_channel) m, where anyone knows it."""
+        """Noise-free data of one run, (n_speed, n_channel) m; None if not known."""
         return self.source.response(self.settings, self.truth, generator(draw.seeds["hidden"]))
 
     def hidden(self, draw: Draw) -> tuple[HiddenEffect, ...]:
-        """What the data of one run hide, for its record and nothing else."""
+        """Effects hidden in the data of one run, for its record only."""
         return self.source.hidden_effects(self.settings, generator(draw.seeds["hidden"]))
 
     def with_hidden(self, draw: Draw) -> tuple[Problem, Array] | None:

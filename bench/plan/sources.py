@@ -1,4 +1,4 @@
-"""What Python files say: the hash of the syntax tree without docstrings, and what they import.
+"""Python files: hash of the syntax tree without docstrings, and imports.
 
 Both follow from a file's content alone, and parsing 160 modules takes 0.4 s. So they are kept by content (`bench.storage.content_cache`).
 """
@@ -39,7 +39,7 @@ def kept_sources() -> KeptByContent[Source]:
 
 
 def read_source(content: bytes) -> Source:
-    """What a file with this content says; `SyntaxError` or `ValueError` if it is no Python."""
+    """Source with this content; `SyntaxError` or `ValueError` if it is not Python."""
     tree = ast.parse(io.StringIO(content.decode("utf-8"), newline=None).read())
     imports: dict[str, None] = {}
     for statement in _statements(tree):

@@ -1,4 +1,4 @@
-"""What is made of several experiments together: one table, and the figure that needs two of them."""
+"""Results of several experiments together: one table, and the figure that needs two of them."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def _place_row(plan: Plan, run: Run) -> dict[str, Any]:
 
 
 def _line_row(line: RunLine, exact: float | None) -> dict[str, Any]:
-    """What runs.csv says of a run, its names shared among all rows."""
+    """Row of runs.csv for a run, its names shared among all rows."""
     found = _result_row(line.record(IdentificationRecord), exact) if line.has_result else {}
     return {"status": sys.intern(line.status), **found, "error": line.error}
 

@@ -173,7 +173,7 @@ def _harmless(value: Any) -> Any:
 
 
 def as_text(plan: Plan, summary: pd.DataFrame) -> str:
-    """The table in the form it is printed in: a line per parameter and cell, ours beside the paper's."""
+    """The table in the form it is printed in: a line per parameter and cell, ours next to the paper's."""
     axes = telling_axes(plan)
     has_paper = plan.report.paper is not None
     has_crlb, has_interval = summary["crlb_pct"].notna().any(), has_intervals(summary)

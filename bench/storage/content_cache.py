@@ -1,4 +1,4 @@
-"""What follows from the content of files alone, kept between processes in the user's folder for caches.
+"""Cache of values that follow from the content of files, in the user's folder for caches.
 
 An entry is found by the hash of the content that it follows from, so that none can be out of date: a file that is edited is
 another one. The folder is `ksmea-bench` in `BENCH_CACHE` (none if that is empty), else in `XDG_CACHE_HOME` or `~/.cache`. Where it
@@ -72,7 +72,7 @@ def cache_folder() -> Path | None:
 
 
 def _read(file: Path, value_type: type[Value]) -> dict[str, Value]:
-    """What a file keeps; nothing if there is none, or none that can be read."""
+    """Content of a cache file; empty without a readable one."""
     try:
         with open_regular(file) as opened:
             return msgspec.convert(msgspec.json.decode(opened.read()), GenericAlias(dict, (str, value_type)))

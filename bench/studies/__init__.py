@@ -1,1 +1,1 @@
-"""What a run can be: an identification, or another question asked of a problem and its measurement."""
+"""Studies: an identification, or another question to a problem and its measurement."""

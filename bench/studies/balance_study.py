@@ -19,7 +19,7 @@ from ksmea.studies.balance import BalanceOptions, balance
 
 @dataclass(frozen=True)
 class Balance(BalanceOptions, Study):
-    """Influence coefficients, unknown weights and correction weights of runs with known weights; no rotor is asked for."""
+    """Influence coefficients, unknown weights and correction weights of runs with known weights; no rotor is requested."""
 
     record: ClassVar[type[Record]] = BalanceRecord
     report: ClassVar[str] = "balance"

@@ -25,7 +25,7 @@ from ksmea.studies.library import library
 
 @dataclass(frozen=True)
 class Diagnose(DiagnosisOptions, Study):
-    """What the model gets wrong about the measurement, why, and how well an extension predicts."""
+    """Diagnosis: misfit of the model, its cause, and the prediction by an extended model."""
 
     effects: list[str] = setting(
         [], "names of the effects that are fitted; an empty list: all that are registered; [none]: none of them"

@@ -36,7 +36,7 @@ IN_DETAIL = "identify_in_detail"  # name of the study with details
 
 @dataclass(frozen=True)
 class Identify(Study):
-    """The values of the unknowns, found by the method from the measurement, with an interval beside each.
+    """The values of the unknowns, found by the method from the measurement, with an interval next to each.
 
     The intervals belong to the maximum of the true model's likelihood nearest to what the method found; if data are few
     they reach over all likely maxima. They take Jacobians of the true model, which are counted apart from the method's.
@@ -86,7 +86,7 @@ class Identify(Study):
 
     @property
     def parts(self) -> tuple[Settings, ...]:
-        """The study with its details, if these are asked for: it is another plugin (`bench.studies.identify_in_detail`), so that a
+        """The study with its details, if these are requested: it is another plugin (`bench.studies.identify_in_detail`), so that a
         plain identification neither loads nor depends on the code of details."""
         if not (self.details or self.unmodelled):
             return ()

@@ -17,7 +17,7 @@ from ksmea.studies.planning import PlanningOptions, planning_study
 @dataclass(frozen=True)
 class Planning(PlanningOptions, Study):
     """Speeds, probes or a trial unbalance to add, chosen so that one unknown (c-optimal) or all of them (D-optimal) become
-    known best; beside it what the same amount of data gives without a plan."""
+    known best; next to it what the same amount of data gives without a plan."""
 
     record: ClassVar[type[Record]] = PlanningRecord
     report: ClassVar[str] = "plan"

@@ -47,7 +47,7 @@ class Influence:
         return np.asarray(effective / factor)
 
     def gain(self, deviation: Array) -> ComplexArray:
-        """What a deviation of the speed (n_run, n_speed) multiplies each entry by, (n_run, n_entry)."""
+        """Factor on each entry by a deviation of the speed (n_run, n_speed), (n_run, n_entry)."""
         return np.asarray(1 + self.slope[self.speed_of_entry] * deviation[:, self.speed_of_entry])
 
     def response(self, weights: ComplexArray, deviation: Array) -> ComplexArray:

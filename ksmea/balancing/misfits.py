@@ -1,4 +1,4 @@
-"""What does not fit: runs whose weights are not what their mark says, and single entries beside their neighbours.
+"""Misfits: runs whose weights contradict their marks, and single entries that contradict their neighbours.
 
 All p values are of a test alone; `level / number of tests` is what they are to be compared with (Bonferroni).
 """
@@ -36,7 +36,7 @@ class Prediction:
 
     @property
     def entry(self) -> ComplexArray:
-        """Residual of each entry beside the other entries of its run, each of variance 1, (n_run, n_entry)."""
+        """Residual of each entry next to the other entries of its run, each of variance 1, (n_run, n_entry)."""
         inverse = np.linalg.inv(self.covariance)
         solved = np.einsum("ief,if->ie", inverse, self.residual)
         return np.asarray(solved / np.sqrt(np.einsum("iee->ie", inverse).real))
@@ -93,7 +93,7 @@ def run_p(fit: Fit, runs: Indices) -> Array:
 
 
 def _chi2(fit: Fit, run: int) -> float:
-    """Of a run with known weights that the fit does not use."""
+    """χ² of a run with known weights that the fit does not use."""
     one, solution = np.array([run]), fit.solution
     across = fit.covariance(one, solution.runs)
     left = fit.residual(one)[0] - across @ solution.white

@@ -1,4 +1,4 @@
-"""What a campaign measured, as balancing sees it: one row of complex responses per run.
+"""Readings of a campaign for balancing: one row of complex responses per run.
 
 An *entry* is a speed and a channel; entry e = speed index · n_channel + channel index. Speeds of different runs that differ by
 less than a tolerance are one nominal speed. Repeats within a run are averaged.

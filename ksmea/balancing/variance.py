@@ -37,11 +37,11 @@ class Components:
     growth: float
 
     def correlation(self, time: Array, other: Array) -> Array:
-        """Of the drift between times, s."""
+        """Correlation of the drift between times, s."""
         return np.exp(-np.abs(time[:, None] - other) / self.time_constant)
 
     def factor(self, load: Array) -> Array:
-        """Of the spread, at loads Σ_p |w_p|² / scale²."""
+        """Factor on the spread at loads Σ_p |w_p|² / scale²."""
         return 1 + self.growth * load
 
 

@@ -24,14 +24,16 @@ p-values are corrected for their number.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
+from ksmea.diagnosis.equivalents import alone_in_place_of, pairs_in_place_of
+from ksmea.diagnosis.explained import Explained, by_weight, led_by, with_near
 from ksmea.diagnosis.further_measurement import Split, best_split
-from ksmea.diagnosis.model_averaging import Averaged, averaged
+from ksmea.diagnosis.model_averaging import Averaged, averaged, heaviest
 from ksmea.diagnosis.observability import Detectable, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
 from ksmea.diagnosis.rivals import Cosines, collinearities, cosines_with, tested
@@ -61,12 +63,15 @@ from ksmea.fits.lack_of_fit import (
     with_noise_as_left,
 )
 from ksmea.fits.search import Search
-from ksmea.fits.stable_fits import settled_stable, stable_fit
+from ksmea.fits.stable_fits import settled_stable
 from ksmea.inference.intervals import LOWER, Estimate
 from ksmea.inference.maximisation import maximise, with_best_noise
+from ksmea.location.location import Location
 from ksmea.numerics.parallel import Workers
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.case import Case
+
+Locate = Callable[[Case], Location]
 
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
 NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby
@@ -125,9 +130,15 @@ class Criteria:
 
 
 def diagnose(
-    case: Case, effects: Mapping[str, AnyEffect], search: Search, criteria: Criteria = Criteria()
+    case: Case,
+    effects: Mapping[str, AnyEffect],
+    search: Search,
+    criteria: Criteria = Criteria(),
+    baseline: BaselineFits | None = None,
+    locate: Locate | None = None,
 ) -> Diagnosis:
-    """Diagnose a measurement with a library of effects; without any, only test the fit.
+    """Diagnose a measurement with a library of effects; without any, only test the fit. The baseline model's fits may be given, and
+    what locates the cause without the library: where it finds a place, no pairs of effects elsewhere are sought.
 
     Stated noise is kept unless its size is the only evidence against a model (`ksmea.fits.lack_of_fit`): then the fits use noise
     as large as the residuals of that model.
@@ -135,11 +146,11 @@ def diagnose(
     found, left_out = candidates_and_left_out(case.problem.joint, effects)
     if effects and not found:
         raise ValueError(f"diagnosis: {none_located(effects)}")
-    baseline = joint_baseline(fit_baseline(case, search))
+    baseline = baseline or joint_baseline(fit_baseline(case, search))
     search.workers.progress()
 
     def by(fits: BaselineFits) -> Diagnosis:
-        return _concluded(_last_state(fits, found, search, criteria), left_out, search)
+        return _concluded(_last_state(fits, found, search, criteria, locate), left_out, search)
 
     half, rng = criteria.half, search.rng
     other_noise = with_noise_as_left(baseline, half, rng.spawn(1)[0])
@@ -156,22 +167,6 @@ def diagnose(
 
 
 @dataclass(frozen=True)
-class _Explained:
-    """The best effect or pair of effects, then all others that explain the data about as well."""
-
-    quality: FitQuality
-    near: tuple[Explanation, ...]
-
-    @property
-    def best(self) -> Explanation:
-        return self.near[0]
-
-    @property
-    def is_ambiguous(self) -> bool:
-        return any(each.names != self.best.names for each in self.near)
-
-
-@dataclass(frozen=True)
 class _State:
     """Results up to a step: fits of the baseline model and their quality, the trials of all candidates, the baseline fit with its
     intervals, the cosines of candidates with the trial `led_by`, and the explanations."""
@@ -181,10 +176,11 @@ class _State:
     baseline: BaselineFits
     quality: FitQuality
     trials: tuple[Trial, ...]
+    locate: Locate | None = None
     settled: tuple[Fit, Estimate] | None = None
     cosines: Cosines = field(default_factory=dict)
     led_by: Trial | None = None
-    explained: _Explained | None = None
+    explained: Explained | None = None
 
     @property
     def level(self) -> float:
@@ -205,14 +201,16 @@ class _State:
         return self.quality.p < self.level or bool(self.significant)
 
 
-def _last_state(baseline: BaselineFits, found: Sequence[Candidate], search: Search, criteria: Criteria) -> _State:
+def _last_state(
+    baseline: BaselineFits, found: Sequence[Candidate], search: Search, criteria: Criteria, locate: Locate | None
+) -> _State:
     """The state after all steps, which start again from any better fit of the baseline model that one of them finds."""
     quality, trials = fit_quality(baseline.best, search.rng), fitted(baseline.best, found, search)
-    state = _State(criteria, tuple(found), baseline, quality, tuple(trials))
+    state = _State(criteria, tuple(found), baseline, quality, tuple(trials), locate)
     for step in (_moved, _refined, _moved, _settled, _collinear, _rivals_tested, _explained, _collinear):
         state = step(state, search)
         if state.baseline is not baseline:
-            return _last_state(state.baseline, found, search, criteria)
+            return _last_state(state.baseline, found, search, criteria, locate)
     return state
 
 
@@ -257,7 +255,7 @@ def _collinear(state: _State, search: Search) -> _State:
     """The cosines of all candidates with the lead."""
     if state.lead is None or state.lead is state.led_by:
         return state
-    cosines = cosines_with(state.lead, state.trials, search.workers)
+    cosines = cosines_with(Explanation.of(state.lead), state.trials, search.workers)
     return dataclasses.replace(state, cosines=cosines, led_by=state.lead)
 
 
@@ -265,52 +263,68 @@ def _rivals_tested(state: _State, search: Search) -> _State:
     """The trials, refitted if their cosine with the lead predicts a better fit."""
     if state.lead is None:
         return state
-    trials = tested(state.lead, state.trials, state.cosines, state.baseline.best, search.workers)
+    lead = Explanation.of(state.lead)
+    trials = tested(lead, state.trials, state.cosines, state.baseline.best, search.workers)
     return dataclasses.replace(state, trials=tuple(trials))
 
 
 def _explained(state: _State, search: Search) -> _State:
-    """The explanations; found again if an effect of a pair fits better alone when started from the values of the pair."""
+    """The explanations; found again if an effect of a pair fits better alone when started from the values of the pair, or if
+    any effect alone then does as the pair does."""
     if state.lead is None:
         return state
-    explained = _best_explanation(state, state.lead, search)
-    if better := each_alone(explained.best, state.trials, state.baseline.best):
-        return _explained(dataclasses.replace(state, trials=tuple(better)), search)
-    return dataclasses.replace(state, explained=explained)
+    explained, baseline = _best_explanation(state, state.lead, search), state.baseline.best
+    if len(explained.best.applied) > 1:
+        better = each_alone(explained.best, state.trials, baseline)
+        better = better or alone_in_place_of(explained.best, state.trials, baseline, search)
+        if better:
+            return _explained(dataclasses.replace(state, trials=tuple(better)), search)
+    return dataclasses.replace(state, explained=by_weight(explained, state.level, search.rng))
 
 
-def _best_explanation(state: _State, lead: Trial, search: Search) -> _Explained:
+def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
     """The best pair of effects if its second one is significant, or if the residuals of the best effect are more than noise and
     the residuals of the pair are not; else the best effect."""
     level, trials, significant = state.level, state.trials, state.significant
-    alone = _with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
+    alone = with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
     leaves_noise = alone.quality.p >= level
+    if not leaves_noise and state.locate is not None:
+        where = state.locate(state.baseline.best.case)
+        trials = _acting_where(where, trials, state.baseline.best)
+        significant = [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
     firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
     pairs = pairs_beside(firsts, trials, state.baseline, search, is_scanned=not leaves_noise)
 
     def best_of(pairs: Sequence[Explanation]) -> list[Explanation]:
         limit = alone.best.delta_bic + NEAR
-        return [pair for pair in pairs if pair.p < level and pair.delta_bic > limit][:MAX_TESTED]
+        able = [pair for pair in pairs if pair.p < level and pair.delta_bic > limit and pair.has_sizes]
+        return able[:MAX_TESTED]
 
     if best := best_of(pairs):
         others = alternatives(best[0], significant, search, len(significant) * (len(trials) - 1))
+        others += pairs_in_place_of(best[0], trials, [*pairs, *others], state.baseline.best, search)
         pairs = ranked_explanations([*pairs, *others])
     for pair in best_of(pairs):
-        found = _with_near(pair, pairs, search.rng)
+        found = with_near(pair, pairs, search.rng)
         if found.quality.p >= level:
             return found
     return alone
 
 
-def _with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.Generator) -> _Explained:
-    """An explanation, polished, and others that explain the data about as well."""
-    fit = stable_fit(polished(best.fit), best.fit.point.theta)
-    near = [each for each in others if each.is_near(best) and not each.is_same(best)]
-    return _Explained(fit_quality(fit, rng), (dataclasses.replace(best, fit=fit), *near))
+def _acting_where(found: Location, trials: tuple[Trial, ...], baseline: Fit) -> tuple[Trial, ...]:
+    """The trials of effects that act at the place of a sharp location alone; all where it is none."""
+    if not found.is_sharp:
+        return trials
+    machine = baseline.problem.machine
+    places = [trial.candidate.effect.places(machine) for trial in trials]
+    return tuple(trial for trial, at in zip(trials, places) if len(at) and all(map(found.accepts, at)))
 
 
-def _concluded(state: _State, left_out: Mapping[str, str], search: Search) -> Diagnosis:
-    """The diagnosis that a last state comes to."""
+def _concluded(
+    state: _State, left_out: Mapping[str, str], search: Search, *, is_first: bool = True
+) -> Diagnosis:
+    """The diagnosis that a last state comes to; once again with another explanation in the lead, if intervals show that it has clearly
+    most of the weight."""
     explained, workers = state.explained, search.workers
     assert state.settled is not None, "a state that is not the last one"
     baseline, baseline_estimate = state.settled
@@ -327,6 +341,9 @@ def _concluded(state: _State, left_out: Mapping[str, str], search: Search) -> Di
     mean = split = gain = None
     if best is not None and best_estimate is not None and len(accepted) > 1 and search.effort.average:
         mean = averaged(accepted, best, best_estimate, d, state.criteria.interval_level, workers)
+        if is_first and (index := heaviest([each.names for each in mean.explanations], mean.weights)):
+            other = dataclasses.replace(state, explained=led_by(index, accepted, search.rng))
+            return _concluded(other, left_out, search, is_first=False)
     if best is not None:
         gain = predictive_gain(baseline, best, state.criteria.n_block, workers)
     if verdict == "ambiguous" and search.effort.split:  # of each explanation the best location
@@ -346,7 +363,9 @@ def _concluded(state: _State, left_out: Mapping[str, str], search: Search) -> Di
         best_quality=best_quality,
         predictive_gain=gain,
         split=split,
-        collinearity={} if state.lead is None else collinearities(state.lead, state.trials, state.cosines),
+        collinearity={}
+        if state.lead is None
+        else collinearities(Explanation.of(state.lead), state.trials, state.cosines),
         detectable=detectable,
         level=state.criteria.level,
         interval_level=state.criteria.interval_level,

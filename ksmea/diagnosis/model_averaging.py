@@ -34,7 +34,7 @@ import numpy as np
 import scipy
 
 from ksmea.arrays import Array
-from ksmea.diagnosis.trials import Explanation
+from ksmea.diagnosis.trials import NEAR, Explanation
 from ksmea.fits.fitting import Fit
 from ksmea.fits.stable_fits import settled_stable
 from ksmea.inference.intervals import Estimate, Interval
@@ -114,6 +114,25 @@ def akaike_weights(deviance: Array, n_unknown: Array, names: Sequence[tuple[str,
     shared = np.array([names.count(own) for own in names])
     weights = np.exp(-(criterion - np.min(criterion)) / 2) / shared
     return np.asarray(weights / np.sum(weights))
+
+
+def heaviest(names: Sequence[tuple[str, ...]], weights: Array) -> int:
+    """Index of the explanation that leads several whose weights (n_member,) are known: the first one unless the weight of others
+    of one name is clearly larger than that of its own, by as much as ΔBIC tells effects apart. BIC charges for unknowns that
+    the data do not show, and may prefer an explanation that they all but exclude.
+
+    >>> heaviest([("mass",), ("runout",), ("runout",)], np.array([0.01, 0.49, 0.5]))
+    2
+    >>> heaviest([("mass",), ("runout",)], np.array([0.1, 0.9]))
+    0
+    """
+    of_name: dict[tuple[str, ...], float] = {}
+    for own, weight in zip(names, weights.tolist()):
+        of_name[own] = of_name.get(own, 0.0) + weight
+    best = max(of_name, key=of_name.__getitem__)
+    if of_name[best] <= np.exp(NEAR / 2) * of_name[names[0]]:
+        return 0
+    return int(np.argmax([weight if own == best else -1.0 for own, weight in zip(names, weights)]))
 
 
 def mixture_interval(

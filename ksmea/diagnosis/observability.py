@@ -6,13 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy
 from scipy.optimize import brentq
 
 from ksmea.arrays import Array
-from ksmea.diagnosis.trials import Candidate, Trial
+from ksmea.diagnosis.trials import Candidate
 from ksmea.fits.fitting import Fit, without_effects
 from ksmea.likelihood.fisher import projected, span, whitened_sensitivity, with_prior_rows
 from ksmea.problem.counted import Model
@@ -108,21 +109,56 @@ def _noncentrality(n_unknown: int, level: float) -> float:
     return float(brentq(lambda value: scipy.stats.ncx2.sf(critical, n_unknown, value) - POWER, 1e-3, 1e4))
 
 
-def collinearity(trial: Trial, other: Candidate) -> float:
-    """Collinearity of an effect, as fitted, with another: the cosine between its change of the data and the nearest change
-    that the other makes, if everything else is fitted too. At 1 the data cannot distinguish them. For two effects that cannot
+class Led(Protocol):
+    """A fit whose last unknowns are those of its effects."""
+
+    @property
+    def fit(self) -> Fit: ...
+    @property
+    def n_unknown(self) -> int: ...
+
+
+def collinearity(lead: Led, other: Candidate) -> float:
+    """Collinearity of effects, as fitted, with another: the cosine between their change of the data and the nearest change
+    that the other makes, if everything else is fitted too. At 1 the data cannot distinguish them. For effects that cannot
     act together it is 0 and says nothing."""
-    if (problem := other.beside(trial.fit.problem)) is None:
-        return 0.0
-    n_other = len(other.effect.parameters(trial.fit.problem.machine))
-    u = np.concatenate([trial.fit.u, without_effects(problem, len(trial.fit.u))])
-    whitened, of_noise = _whitened(problem, u, trial.fit)
-    own = slice(len(u) - n_other - trial.n_unknown, len(u) - n_other)
-    baseline = whitened[:, : own.start]
-    size = trial.fit.u[own] - without_effects(trial.fit.problem, own.start)
-    change = _without(whitened[:, own] @ size[:, None], baseline, of_noise)[:, 0]
-    reach = _without(whitened[:, own.stop :], baseline, of_noise)
-    if not np.any(change) or not np.any(reach):
-        return 0.0
-    directions = span(_scaled(reach), tolerance=1e-8)
-    return float(np.linalg.norm(directions.T @ change) / np.linalg.norm(change))
+    reached = reach(lead, other)
+    return 0.0 if reached is None else cosine(change_of(lead), reached)
+
+
+def cosine(change: Array, reached: Array) -> float:
+    """Between a change of the data (m,) and the nearest one among orthonormal ones (m, e)."""
+    size = float(np.linalg.norm(change))
+    return float(np.linalg.norm(reached.T @ change)) / size if size else 0.0
+
+
+def change_of(lead: Led) -> Array:
+    """Change of the data (m,) by the effects of a fit, to first order, in units of the noise, if everything else is fitted too."""
+    problem, u = lead.fit.problem, lead.fit.u
+    whitened, of_noise = _whitened(problem, u, lead.fit)
+    n_own = len(u) - lead.n_unknown
+    size = u[n_own:] - without_effects(problem, n_own)
+    return _without(whitened[:, n_own:] @ size[:, None], whitened[:, :n_own], of_noise)[:, 0]
+
+
+def reach(lead: Led, other: Candidate) -> Array | None:
+    """Orthonormal changes of the data (m, e) that another effect can make where a fit is, if everything but the effects of the fit
+    is fitted too. None if it cannot act together with them, or changes nothing."""
+    u = lead.fit.u
+    n_own, n_other = len(u) - lead.n_unknown, len(other.effect.parameters(lead.fit.problem.machine))
+    if (problem := other.beside(lead.fit.problem)) is None:
+        return None
+    u = np.concatenate([u, without_effects(problem, len(u))])
+    whitened, of_noise = _whitened(problem, u, lead.fit)
+    return _basis(_without(whitened[:, -n_other:], whitened[:, :n_own], of_noise))
+
+
+def own_reach(lead: Led, own: slice) -> Array | None:
+    """As `reach` for one of the effects of a fit, by its place among their unknowns."""
+    u, n_own = lead.fit.u, len(lead.fit.u) - lead.n_unknown
+    whitened, of_noise = _whitened(lead.fit.problem, u, lead.fit)
+    return _basis(_without(whitened[:, n_own:][:, own], whitened[:, :n_own], of_noise))
+
+
+def _basis(columns: Array) -> Array | None:
+    return span(_scaled(columns), tolerance=1e-8) if np.any(columns) else None

@@ -1,4 +1,4 @@
-"""Rivals: effects that explain the data about as well as the best one, and their collinearity with it.
+"""Rivals: effects that explain the data about as well as the best one, or pair, and their collinearity with it.
 
 Sensitivities predict the deviance drop of a collinear effect: cos² times that of the best one. The prediction holds as far as the
 model is linear, which it is not if sharp resonances move. Therefore each rival is fitted first to the predictions of the best
@@ -20,7 +20,7 @@ from functools import partial
 import numpy as np
 
 from ksmea.arrays import Array, Indices
-from ksmea.diagnosis.observability import collinearity
+from ksmea.diagnosis.observability import Led, change_of, cosine, reach
 from ksmea.diagnosis.trials import FAR, NEAR, Explanation, Trial, ranked, shared, trial_of
 from ksmea.fits.fitting import PATH_ITERATIONS, Fit, start_nearby, without_effects
 from ksmea.fits.stable_fits import stable_fit
@@ -38,83 +38,105 @@ MAX_ITERATIONS = 50  # of such a fit
 Cosines = Mapping[tuple[str, str], float]  # by effect and location
 
 
-def cosines_with(lead: Trial, trials: Sequence[Trial], workers: Workers = ALONE) -> Cosines:
-    """Collinearity of all candidates of other effects with the best one, by sensitivities; processes share them."""
-    others = [trial for trial in trials if trial.name != lead.name]
-    found = workers.unseen.each(partial(collinearity, lead), [trial.candidate for trial in others])
-    return {(trial.name, trial.location): cosine for trial, cosine in zip(others, found)}
+def cosines_with(lead: Explanation, trials: Sequence[Trial], workers: Workers = ALONE) -> Cosines:
+    """Collinearity of all other candidates with the best explanation, by sensitivities; processes share them."""
+    others = _others(lead, trials)
+    reached = workers.unseen.each(partial(reach, lead), [trial.candidate for trial in others])
+    change = change_of(lead)
+    return {
+        (trial.name, trial.location): 0.0 if each is None else cosine(change, each)
+        for trial, each in zip(others, reached)
+    }
 
 
-def collinearities(lead: Trial, trials: Sequence[Trial], cosines: Cosines) -> dict[str, float]:
+def _others(lead: Explanation, trials: Sequence[Trial]) -> list[Trial]:
+    """Those of other effects than a single one; those at other places too than the effects of a pair."""
+    if len(lead.applied) == 1:
+        return [trial for trial in trials if trial.name not in lead.names]
+    return [trial for trial in trials if trial.candidate not in lead.applied]
+
+
+def collinearities(lead: Explanation, trials: Sequence[Trial], cosines: Cosines) -> dict[str, float]:
     """Collinearity of the other effects with the best one, each at its most collinear location."""
     found: dict[str, float] = {}
-    for trial in trials:
-        if trial.name != lead.name:
-            found[trial.name] = max(found.get(trial.name, 0.0), _collinearity(lead, trial, cosines))
+    for trial in _others(lead, trials):
+        found[trial.name] = max(found.get(trial.name, 0.0), _collinearity(lead, trial, cosines))
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
 def tested(
-    lead: Trial, trials: Sequence[Trial], cosines: Cosines, baseline: Fit, workers: Workers = ALONE
+    lead: Explanation, trials: Sequence[Trial], cosines: Cosines, baseline: Fit, workers: Workers = ALONE
 ) -> list[Trial]:
-    """The trials, those again whose collinearity with the best one promises a better fit than they have, highest ΔBIC
+    """The trials, those again whose collinearity with the best explanation promises a better fit than they have, highest ΔBIC
     first. Processes share them."""
 
     def again(trial: Trial) -> Trial:
-        return _led(trial, lead, baseline, len(trials)) if _promises(trial, lead, cosines) else trial
+        is_promising = (trial.name, trial.location) in cosines and _promises(trial, lead, cosines)
+        return _led(trial, lead, baseline, len(trials)) if is_promising else trial
 
     return ranked(shared(again, trials, workers))
 
 
-def _promises(trial: Trial, lead: Trial, cosines: Cosines) -> bool:
-    if trial.name == lead.name or Explanation.of(trial).is_near(Explanation.of(lead)):
-        return False
-    charge = (trial.n_unknown - lead.n_unknown) * np.log(lead.fit.likelihood.n_residual)
-    return bool(lead.deviance_drop * (1 - _collinearity(lead, trial, cosines) ** 2) + charge < NEAR)
+def _promises(trial: Trial, lead: Explanation, cosines: Cosines) -> bool:
+    return not Explanation.of(trial).is_near(lead) and promises(
+        lead, _collinearity(lead, trial, cosines), trial.n_unknown
+    )
 
 
-def _collinearity(lead: Trial, trial: Trial, cosines: Cosines) -> float:
+def promises(lead: Explanation, collinearity: float, n_unknown: int) -> bool:
+    """Whether effects of a collinearity and so many unknowns are to come near an explanation."""
+    charge = (n_unknown - lead.n_unknown) * np.log(lead.fit.likelihood.n_residual)
+    return bool(lead.deviance_drop * (1 - collinearity**2) + charge < NEAR)
+
+
+def _collinearity(lead: Explanation, trial: Trial, cosines: Cosines) -> float:
     """By sensitivities, or where an effect is curved by what its fit has reached, since its deviance drop is cos² of that of
     the best."""
     reached = np.sqrt(min(trial.deviance_drop / lead.deviance_drop, 1.0))
     return float(max(reached, cosines[trial.name, trial.location]))
 
 
-def _led(trial: Trial, lead: Trial, baseline: Fit, n_candidate: int) -> Trial:
-    """A trial with the better of its fit and further ones: from where the valley leads in which the best effect is exchanged for it,
-    and if that does not come near from where its effect comes nearest to what the best one predicts."""
-    problem, likelihood, d = trial.fit.problem, trial.fit.likelihood, baseline.likelihood.d
+def _led(trial: Trial, lead: Explanation, baseline: Fit, n_candidate: int) -> Trial:
+    """A trial with the better of its fit and further ones: from where the valley leads in which the best explanation is exchanged for
+    it, and if that does not come near from where its effect comes nearest to what the best one predicts."""
+    d = baseline.likelihood.d
 
     def tried(fits: Sequence[Fit]) -> Trial:
         return trial_of(trial.candidate, min(fits, key=lambda each: each.deviance), baseline, n_candidate)
 
-    def fit_from(u: Array) -> Fit:
-        fit = Fit(likelihood, maximise(likelihood, likelihood.start(u), tolerance=1e-4))
-        return stable_fit(fit, start_nearby(problem, baseline))
-
     fits = [trial.fit]
     if (start := in_place_of(lead, trial, d)) is not None:
-        fits.append(fit_from(start))
+        fits.append(_fit_from(start, trial.fit, baseline))
         exchanged = tried(fits)
-        if Explanation.of(exchanged).is_near(Explanation.of(lead)):
+        if Explanation.of(exchanged).is_near(lead):
             return exchanged
-    measurement = likelihood.measurement
+    return tried([*fits, *fits_towards(lead, min(fits, key=lambda fit: fit.deviance), baseline)])
+
+
+def _fit_from(u: Array, fit: Fit, baseline: Fit) -> Fit:
+    """The fit of a problem from values u (d,) in the unit cube."""
+    found = Fit(fit.likelihood, maximise(fit.likelihood, fit.likelihood.start(u), tolerance=1e-4))
+    return stable_fit(found, start_nearby(fit.problem, baseline))
+
+
+def fits_towards(lead: Explanation, fit: Fit, baseline: Fit) -> list[Fit]:
+    """Fits of a problem from where it comes nearest to what an explanation predicts, sought from the unknowns of that without any
+    effect, and from a fit."""
+    problem, measurement, d = fit.problem, fit.likelihood.measurement, baseline.likelihood.d
     predicted = dataclasses.replace(measurement, values=measurement.seen(lead.fit.response()), noise=lead.fit.noise)
     to_predicted = Likelihood(Model(problem), predicted)
-    for start in (
-        np.concatenate([lead.fit.u[:d], without_effects(problem, d)]),
-        min(fits, key=lambda fit: fit.deviance).u,
-    ):
+    found = []
+    for start in (np.concatenate([lead.fit.u[:d], without_effects(problem, d)]), fit.u):
         nearest = maximise(to_predicted, start, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
-        fits.append(fit_from(nearest.theta))
-    return tried(fits)
+        found.append(_fit_from(nearest.theta, fit, baseline))
+    return found
 
 
 N_STEP = 16  # in which an effect is taken back
 TOLERANCE = 1e-2  # of the deviance, at which the fit of a step ends
 
 
-def in_place_of(lead: Trial, trial: Trial, d: int) -> Array | None:
+def in_place_of(lead: Led, trial: Trial, d: int) -> Array | None:
     """Where in the unit cube a trial's effect explains what the lead's does; the model without effects has d unknowns. None where no
     valley leads there: the deviance rises far above the lead's, or the two cannot act together."""
     both = trial.candidate.beside(lead.fit.problem)

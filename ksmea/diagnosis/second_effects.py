@@ -58,7 +58,7 @@ def pairs_beside(
 ) -> list[Explanation]:
     """Pairs of one of the first effects and any other candidate, highest ΔBIC first; with `is_scanned` second effects are
     scanned. Without, the residuals of the first effects are noise, and pairs whose deviance falls by less than ln n are omitted."""
-    n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, search.effort.pairs // len(firsts))
+    n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, search.effort.pairs // max(len(firsts), 1))
     found = []
     for first in firsts:
         others = [trial.candidate for trial in trials if trial.candidate != first.candidate]

@@ -14,12 +14,14 @@ from functools import partial
 import numpy as np
 import scipy
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.fits.fitting import (
     TRIAL_ITERATIONS,
     BaselineFits,
     Fit,
     fit_along,
+    fit_by_elimination,
     fit_from,
     fit_from_points,
     fit_from_scan,
@@ -28,6 +30,7 @@ from ksmea.fits.fitting import (
     nearby,
     promised_from,
     start_nearby,
+    without_effects,
 )
 from ksmea.fits.search import Effort, Search
 from ksmea.fits.stable_fits import stable_fit
@@ -229,6 +232,8 @@ def searched(
             fit = fit_along(case, baseline, path, effort)
         elif len(points):
             fit = fit_from_points(case, points, effort, ceiling, fit.deviance)
+        elif effort.is_scanned and trial.candidate.effect.adds_readings and not case.measurement.is_amplitude:
+            fit = fit_by_elimination(fit, baseline, effort, ceiling)
         elif effort.is_scanned and not shows_force and trial.candidate.effect.is_scanned:
             fit = fit_from_scan(fit, baseline, effort, ceiling)
         elif starts:
@@ -252,6 +257,7 @@ def best_by_name(trials: Sequence[Trial]) -> dict[str, Trial]:
 
 
 BETTER = 0.1  # of the deviance: a maximum that is as much higher is another one
+AT_LIMIT = 1e-4  # of the range of an unknown, from a limit or from 0, within which it counts as being there
 NEAR = 6.0  # ΔBIC within which effects cannot be told apart (Kass & Raftery 1995: strong evidence begins there)
 
 
@@ -302,6 +308,21 @@ class Explanation:
             return " and ".join(f"{each.name} {each.effect}" for each in self.applied)
         return " and ".join(each.name for each in self.applied)
 
+    @property
+    def has_sizes(self) -> bool:
+        """Whether each of its effects has a size within its limits: one that ends where it does nothing, or on a limit, is no part of an
+        explanation. Of limits at 0, as of a mass or a loss factor, fewer than half may be met."""
+        n = len(self.fit.u) - self.n_unknown
+        u, zero = self.fit.u[n:], without_effects(self.fit.problem, n)
+        return all(_has_size(u[own], zero[own]) for own in self.own_unknowns)
+
+    @property
+    def own_unknowns(self) -> list[slice]:
+        """The place of each of its effects among the unknowns of all of them."""
+        machine = self.fit.problem.machine
+        ends = np.cumsum([0, *(len(each.effect.parameters(machine)) for each in self.applied)])
+        return [slice(start, stop) for start, stop in zip(ends, ends[1:])]
+
     def is_same(self, other: Explanation) -> bool:
         """Whether it has the same effects at the same locations, in whatever order."""
         return len(self.applied) == len(other.applied) and all(each in other.applied for each in self.applied)
@@ -309,6 +330,13 @@ class Explanation:
     def is_near(self, other: Explanation) -> bool:
         """Whether it explains the data about as well as another one, or better."""
         return max(self.delta_bic - other.delta_bic, self.deviance_drop - other.deviance_drop) > -NEAR
+
+
+def _has_size(u: Array, zero: Array) -> bool:
+    """Whether unknowns of an effect (e,) in the unit cube, which are without it at `zero`, are within their limits."""
+    is_zero = np.abs(u - zero) < AT_LIMIT
+    is_limit = (u < AT_LIMIT) | (u > 1 - AT_LIMIT)
+    return not (np.all(is_zero) or np.any(is_limit & ~is_zero) or 2 * np.sum(is_limit & is_zero) >= max(len(u), 1))
 
 
 def ranked_explanations(found: Iterable[Explanation]) -> list[Explanation]:

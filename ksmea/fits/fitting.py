@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices, Mask
+from ksmea.fits.elimination import eliminated
 from ksmea.fits.search import Effort, Search
 from ksmea.fits.starts import scan_values, scanned, screened, screened_at, screened_both_ways
 from ksmea.inference.intervals import Estimate, estimate
@@ -267,6 +268,16 @@ def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: flo
         return fit
     maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
     return min(fit, Fit(likelihood, maxima[0]), key=lambda each: each.deviance)
+
+
+def fit_by_elimination(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
+    """The better of a fit and further ones of its problem, whose last effect adds to the readings, from the best of all screened points with
+    that effect's unknowns eliminated."""
+    zero = without_effects(fit.problem, baseline.best.likelihood.d)
+    found = eliminated(fit.case, baseline.screened.points, zero)
+    starts = found.apart(effort.effect_starts, EFFECT_START_DISTANCE).points
+    maxima = _maxima(fit.likelihood, [fit.likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
+    return min(fit, Fit(fit.likelihood, maxima[0]), key=lambda each: each.deviance)
 
 
 def fit_from_points(case: Case, points: Array, effort: Effort, ceiling: float, below: float) -> Fit:

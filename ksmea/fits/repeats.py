@@ -1,4 +1,4 @@
-"""What repeats tell of the noise, whatever the model: the same speed several times in a run, and runs that are alike.
+"""Noise from repeats, independent of the model: a speed measured several times in a run, and runs with equal weights.
 
 A cell is a run at one speed, k times measured, in one channel. Its sum of squares about its mean has n (k − 1) degrees of
 freedom (n = 1 of amplitudes, 2 of complex data); with s² = (relative · |mean|)² + floor² those of all cells have the

@@ -118,13 +118,13 @@ def _by_ratio(case: Case, x: Array, response: ComplexArray) -> tuple[Array, Arra
     at_1x = [item.is_1x for item in measurement.channels]
     quiet, is_1x = _quiet(measurement), np.broadcast_to(at_1x, measured.shape)[nonzero]
     ratio = log_ratio((amplitude + quiet)[:, nonzero], (measured + quiet)[nonzero])
-    shift = np.log(_scale(problem, x, np.exp(-np.median(ratio[:, is_1x], axis=1))))
-    if turning := _turning(case):
+    shift = np.log(scale_unbalance(problem, x, np.exp(-np.median(ratio[:, is_1x], axis=1))))
+    if turning := turning_angles(case):
         forward = np.divide(
             measurement.values, measured, out=np.zeros_like(measurement.values), where=nonzero & (quiet == 0)
         )
         behind = np.divide(response, amplitude, out=np.zeros_like(response), where=amplitude > 0)
-        _turn(x, turning, np.angle(np.einsum("nsc,sc->n", np.conj(behind), forward)))
+        turn(x, turning, np.angle(np.einsum("nsc,sc->n", np.conj(behind), forward)))
     ratio[:, is_1x] += shift[:, None]
     return np.clip(problem.parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio)
 
@@ -136,14 +136,14 @@ def _by_shape(case: Case, x: Array, response: ComplexArray) -> tuple[Array, Arra
     seen, measured = measurement.seen(response)[..., at_1x], measurement.values[:, at_1x]
     across = (np.conj(seen) * measured).sum(axis=(1, 2))
     size = np.maximum((np.abs(seen) ** 2).sum(axis=(1, 2)), np.finfo(float).tiny)
-    _scale(problem, x, np.maximum(np.abs(across) / size, np.finfo(float).tiny))
-    if turning := _turning(case):
-        _turn(x, turning, np.angle(across))
+    scale_unbalance(problem, x, np.maximum(np.abs(across) / size, np.finfo(float).tiny))
+    if turning := turning_angles(case):
+        turn(x, turning, np.angle(across))
     misfit = 1 - np.abs(across) ** 2 / (size * np.sum(np.abs(measured) ** 2))
     return np.clip(problem.parameters.to_cube(x), 0.0, 1.0), np.where(np.isfinite(misfit), misfit, np.inf)
 
 
-def _scale(problem: Problem, x: Array, factor: Array) -> Array:
+def scale_unbalance(problem: Problem, x: Array, factor: Array) -> Array:
     """All unbalance in x (n, d) SI, in place, by one factor (n,) as far as the limits of each admit; the factor that it is."""
     parameters = problem.parameters
     masses = [index for index, parameter in enumerate(parameters) if parameter.is_unbalance]
@@ -159,7 +159,7 @@ def _scale(problem: Problem, x: Array, factor: Array) -> Array:
     return factor
 
 
-def _turn(x: Array, turning: list[int], angle: Array) -> None:
+def turn(x: Array, turning: list[int], angle: Array) -> None:
     """The angles `turning` in x (n, d) SI, in place, by angles (n,)."""
     x[:, turning] = (x[:, turning] + angle[:, None] + TURN / 2) % TURN - TURN / 2
 
@@ -171,7 +171,7 @@ def _quiet(measurement: Measurement) -> Array:
     return np.array([0.0 if each == 1 else float(medians[each]) for each in harmonics.tolist()])
 
 
-def _turning(case: Case) -> list[int]:
+def turning_angles(case: Case) -> list[int]:
     """The indices of the angles that turn all data alike: the phase origin, or else the phases of all unbalance."""
     if case.measurement.is_amplitude:
         return []

@@ -228,7 +228,7 @@ class KSMEA(Method):
         return surrogate.refit(previous, u, y, rng)
 
     def _objective(self, fitted: _Fitted, known: _Samples) -> Objective:
-        """What the optimiser minimises to find the next point: the misfit of the surrogate's response, its own error added to
+        """Objective of the search for the next point: the misfit of the surrogate's response, its own error added to
         the noise where it tells it, or what the true misfit, by the same noise, is expected to improve."""
         d, misfit = known.points.shape[1], known.misfit
         own_error = fitted.predictor.leave_one_out() if self.surrogate_error else None
@@ -278,7 +278,7 @@ class KSMEA(Method):
 
 
 def structure_of(problem: Problem) -> ResponseStructure:
-    """What surrogates may know of a problem: no evaluation of it, and no true value."""
+    """Structure of a problem for surrogates: no evaluation of it, and no true value."""
     return ResponseStructure(
         problem.parameters, problem.speed, len(problem.channels), problem.unknown_impedances, problem.unbalance
     )
@@ -350,7 +350,7 @@ class _Fitted:
 
 
 def _update(predicted: Array | ComplexArray, known: _Samples, search: tuple[SearchStage, ...]) -> Update:
-    """What an updating step found: prediction (1, n_speed, n_channel) and true model at the last sample."""
+    """Outcome of an updating step: prediction (1, n_speed, n_channel) and true model at the last sample."""
     misfit, modelled = known.misfit, known.misfit.observed(known.responses[-1])
     return Update(
         x=known.model.problem.parameters.to_si(known.points[-1]),

@@ -84,7 +84,7 @@ class Improvement:
 
 
 class TracedProblem(CountedProblem):
-    """A counted problem that keeps each improvement among the points it is asked for at the measured speeds and channels, with
+    """A counted problem that keeps each improvement among the points it is requested at the measured speeds and channels, with
     the count of predictions by surrogates until then (`predictions`)."""
 
     def __init__(self, behind: Problem, measurement: Measurement, meter: Meter | None = None) -> None:
@@ -136,7 +136,7 @@ AnyMethod = TypeVar("AnyMethod")
 
 
 def with_counted_surrogate(method: AnyMethod, count: Meter) -> AnyMethod:
-    """The same method, the predictions of its surrogate counted; as it is where it has none, or one that is the true model."""
+    """Method with counted predictions of its surrogate; unchanged without a surrogate, or with one that is the true model."""
     surrogate = getattr(method, "surrogate", None)
     counted = _counted(surrogate, count)
     if counted is surrogate:
@@ -220,7 +220,7 @@ def _require_within_limits(x: Array, parameters: Parameters) -> None:
 
 
 def within_budget(method: Method, traced: TracedProblem, measurement: Measurement, streams: Streams) -> Identification:
-    """What a method finds. Where it asks for more than a budget holds, that is the best point that the true model has shown
+    """What a method finds. Where it requests more than a budget holds, that is the best point that the true model has shown
     (`comparable_misfit`), whatever the method returns or raises then."""
     meter, started = traced.meter, time.perf_counter()
     found = None

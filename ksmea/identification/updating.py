@@ -86,7 +86,7 @@ def squared_multiple_correlation(
 ) -> float:
     """SMC = 1 − Σ |ŷ − y_FE|² / Σ |y_FE − y_measured|², eq. (23).
 
-    It compares the surrogate's error with the residual, so it is no measure of fit. Without noise both sums go to
+    It compares the surrogate's error with the residual, so it is not a measure of fit. Without noise both sums go to
     zero together; where the true model meets the data exactly the ratio says nothing, and −inf leaves the decision
     to SDF.
 

@@ -5,7 +5,8 @@ M⁻¹(Jᵀε − P δ), ε standard normal noise and δ the true deviations of 
 M⁻¹JᵀJM⁻¹ by noise and Σₖ cov(·, δₖ)² / sdₖ² by the numbers.
 
 The pull of a number is (δ̂ − δ₀) / √(sd² − sd_post²), standard normal where the statement holds (the variance of an estimate and the
-prior it shrinks to). The level of the largest of n pulls is Šidák's (J. Am. Stat. Assoc. 62 (1967) 626–633).
+prior it shrinks to). For a number that the data hardly see, both parts of the fraction vanish: its pull is a lower bound. The level of the
+largest of n pulls is Šidák's (J. Am. Stat. Assoc. 62 (1967) 626–633).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import scipy
 from ksmea.arrays import Array, Indices, Mask
 from ksmea.likelihood.fisher import UNKNOWABLE, Point
 from ksmea.problem.parameters import Parameters
+from ksmea.records.inputs import SEEN
 
 LEVEL = 0.01  # chance of a contradiction anywhere where all statements hold
 
@@ -56,7 +58,7 @@ def input_budget(point: Point, parameters: Parameters) -> InputBudget:
     """The budget at a maximum of a joint likelihood."""
     columns, (value, stated) = parameters.with_prior, parameters.priors
     by_noise, by_input, sd = by_noise_and_inputs(point.whitened, len(parameters), columns, stated)
-    told = np.sqrt(np.maximum(stated**2 - sd**2, (UNKNOWABLE * stated) ** 2))
+    told = np.sqrt(np.maximum(stated**2 - sd**2, (1 - SEEN**2) * stated**2))  # else rounding over nothing for one that is not seen
     return InputBudget(sd, (point.theta[columns] - value) / told, by_noise, by_input)
 
 

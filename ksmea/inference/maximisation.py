@@ -197,7 +197,7 @@ def _from(likelihood: Maximised, point: Point, theta: Array) -> Array:
 def is_in_valley(likelihood: Maximised, point: Point, theta: Array) -> bool:
     """Whether θ (p,) is taken to lie in the valley of a maximum, so that a search from there would end where it is: the deviance
     rises from the maximum to the middle of the way and to θ as the parabola around it says. Two evaluations cannot prove that; a valley
-    beside would have to rise alike."""
+    next to would have to rise alike."""
     way = _from(likelihood, point, theta)
     for part in (0.5, 1.0):
         step = part * way

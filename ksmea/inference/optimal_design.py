@@ -1,7 +1,7 @@
 """Which data to add so that the unknowns become known best: D- and c-optimal choice from candidates.
 
 The Fisher information of independent data adds up, M = M₀ + Σ Mᵢ: M₀ of the present data, Mᵢ of each addition. Chosen
-are those additions for which the unknowns S that are asked for are known best, whatever the others N are
+are those additions for which the unknowns S that are requested are known best, whatever the others N are
 (D_S-optimality):
 
     max  log det M − log det M_NN,

@@ -33,7 +33,7 @@ Number = TypeVar("Number", np.float64, np.complex128)
 
 
 def likelihood_of(case: Case, *, stable_only: bool = False) -> Likelihood:
-    """The likelihood of a measurement, or of how its runs differ where the campaign asks for that."""
+    """The likelihood of a measurement, or of how its runs differ where the campaign requests that."""
     likelihood_class = DifferenceLikelihood if case.measurement.is_by_differences else Likelihood
     return likelihood_class(Model(case.problem), case.measurement, stable_only=stable_only)
 

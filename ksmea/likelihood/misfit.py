@@ -120,11 +120,11 @@ class Misfit:
 
     @property
     def offset(self) -> float:
-        """What the sum of squared residuals has too much."""
+        """Constant to subtract from the sum of squared residuals."""
         return LOG_OFFSET * self.measurement.values.size if self._has_log_term else 0.0
 
     def observed(self, response: ComplexArray) -> Array | ComplexArray:
-        """What the measurement would show of a complex response."""
+        """Observable part of a complex response."""
         return self.measurement.seen(response)
 
     @property
@@ -154,7 +154,7 @@ class Misfit:
 
     @property
     def _data_sd(self) -> Array:
-        """s(y); infinite, which is no weight, where y = 0 and the noise has no floor: relative noise says nothing
+        """s(y); infinite, which is not a weight, where y = 0 and the noise has no floor: relative noise says nothing
         there."""
         sd = np.sqrt(self._variance(self.measurement.values))
         return np.where(sd == 0, np.inf, sd)

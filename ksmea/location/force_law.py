@@ -247,7 +247,7 @@ def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
 
 
 def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
-    """A law at a site, from where it comes nearest to the free force; None if no fit has a steady motion.
+    """A law at a site, from where it comes nearest to the free force; None if no fit has a steady motion, or it is a simpler law.
 
     The weights come from its own response, for the free force that it is compared with too: a free force takes noise along,
     and with it weights that favour small values."""
@@ -275,7 +275,8 @@ def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
         except np.linalg.LinAlgError:  # no steady motion on the way: the fit with the weights before stands
             break
         site, likelihood = reweighted, again
-    return _law_fit(site, likelihood, found, noise)
+    fit = _law_fit(site, likelihood, found, noise)
+    return fit if law.shows(fit.values, site.likelihood.problem.speed) else None
 
 
 def _law_fit(site: SiteFit, likelihood: LawLikelihood, found: Point, noise: Noise) -> LawFit:

@@ -16,7 +16,6 @@ from ksmea.numerics.screening import sobol
 
 N_OTHER = 8  # values of each unknown that the data do not show, a power of two
 N_WEIGHT = 50  # draws that weights are made of
-N_THRESHOLD = 12  # amplitudes that a search for a threshold starts from
 N_UNSEEN = 32  # values of what the data do not show beside a free force that a law is compared at, a power of two
 N_TOGETHER = 3  # of these, those from where it is found together with the law
 UNSEEN = 1e-6  # of the largest singular value: directions of the unknowns that do not show
@@ -131,24 +130,23 @@ def _nearest(law: Law, speed: Array, target: ComplexArray, spread: Array, motion
         return _real_parts(force / spread)
 
     [goal] = _real_parts(target[None] / spread)
-    if law.threshold is None:
+    tried = law.starts(speed, np.linalg.norm(motion, axis=-1))
+    if tried is None:
         coefficients = np.linalg.lstsq(whitened(np.eye(len(law.coefficients))).T, goal)[0]
     else:
-        coefficients = _with_threshold(law, whitened, goal, np.linalg.norm(motion, axis=-1))
+        coefficients = _from_best(law, whitened, goal, tried)
     left = whitened(coefficients[None])[0] - goal
     return coefficients, float(left @ left)
 
 
-def _with_threshold(law: Law, force: Callable[[Array], Array], goal: Array, amplitude: Array) -> Array:
-    """The coefficients of a law that acts above an amplitude only: its first one is its size, and what is neither that nor the
-    threshold is zero at first. The best of several thresholds is refined with all of them."""
-    tried = np.zeros((N_THRESHOLD, len(law.coefficients)))
-    tried[:, 0] = 1.0
-    tried[:, law.threshold] = np.quantile(amplitude, np.arange(N_THRESHOLD) / N_THRESHOLD)
+def _from_best(law: Law, force: Callable[[Array], Array], goal: Array, tried: Array) -> Array:
+    """The coefficients of a law that is linear in the first alone, its size: the best of those that are tried, each with the size that
+    suits it, refined with all of them."""
     forces = force(tried)
     tried[:, 0] = forces @ goal / np.maximum(np.sum(forces**2, axis=1), np.finfo(float).tiny)
+    tried = np.maximum(tried, law.least)
     left = np.sum((tried[:, :1] * forces - goal) ** 2, axis=1)
-    best = tried[np.argmin(left)]
+    best = tried[np.nanargmin(left)]
     size = np.array([each for _, _, each in law.coefficients])
 
     def left_over(values: Array) -> Array:

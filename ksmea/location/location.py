@@ -29,7 +29,7 @@ from ksmea.fits.starts import screened
 from ksmea.inference.maximisation import best_maxima, is_in_valley
 from ksmea.location.restricted_noise import restricted_noise
 from ksmea.location.sites import SiteQuality, fitted_pairs, site_qualities
-from ksmea.location.unknown_force import LATERAL, READING, ProjectedLikelihood, SiteFit, Unmodelled
+from ksmea.location.unknown_force import READING, ProjectedLikelihood, SiteFit, Unmodelled
 from ksmea.measurement.channel import DIRECTIONS
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
@@ -40,6 +40,7 @@ from ksmea.problem.case import Case
 from ksmea.problem.held import HeldProblem
 from ksmea.problem.load import LOADS
 from ksmea.problem.problem import Problem
+from ksmea.records.location import LATERAL, MAX_PLACES, MAX_SHARE, SAME
 
 FIRST_FLOOR = 0.1  # of the median of all values: the noise's floor in the first weights, relative to its relative part
 SHARED = 3  # best sites whose unknowns all sites are fitted from
@@ -73,6 +74,27 @@ class Location:
         """Indices of all sites: first the accepted ones, then the others by rising residuals."""
         others = set(range(len(self.sites))) - set(self.accepted)
         return [*self.accepted, *sorted(others, key=lambda index: self.sites[index].point.excess)]
+
+    @property
+    def is_sharp(self) -> bool:
+        """Whether something at one place explains the data, and at few places alone."""
+        sites = [self.sites[index].unmodelled for index in self.accepted]
+        tried = {fit.unmodelled.position for fit in self.sites if fit.unmodelled.loads}
+        places = {site.position for site in sites if site.loads}
+        readings = {site.position for site in sites if not site.loads}
+        is_single = bool(sites) and all(site.second is None for site in sites)
+        return is_single and len(places) < MAX_PLACES * len(tried) and len(readings) < 2
+
+    @property
+    def is_anywhere(self) -> bool:
+        """Whether something unknown explains the data at most of what was tried, so that no law tells where it acts."""
+        return len(self.accepted) > MAX_SHARE * len(self.sites)
+
+    def accepts(self, position: float) -> bool:
+        """Whether anything is accepted than which nothing that was tried is nearer to a position (m)."""
+        nearest = min(abs(fit.unmodelled.position - position) for fit in self.sites)
+        found = (self.sites[index].unmodelled.position for index in self.accepted)
+        return any(abs(each - position) <= nearest + SAME for each in found)
 
     @property
     def is_plain_enough(self) -> bool:

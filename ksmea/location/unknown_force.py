@@ -32,9 +32,8 @@ from ksmea.problem.case import Case
 from ksmea.problem.held import HeldProblem
 from ksmea.problem.load import FORCE, LOADS, Load
 from ksmea.problem.problem import Problem
-from ksmea.records.location import PAIR
+from ksmea.records.location import LATERAL, PAIR
 
-LATERAL = "force and moment"
 READING = "reading"
 QUANTITIES = (*LOADS, LATERAL, READING)
 

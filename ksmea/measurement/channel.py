@@ -34,7 +34,7 @@ def direction_at(degrees: float) -> str:
 
 
 def require_direction(direction: str, setting: str = "direction") -> None:
-    """Raise `SettingError` if a text is no direction, or is one under another name than its own."""
+    """Raise `SettingError` if a text is not a direction, or is one under another name than its own."""
     try:
         own = direction if direction in DIRECTIONS else direction_at(float(direction))
     except ValueError:  # a `SettingError` too: an angle that is not finite
@@ -101,7 +101,7 @@ class Channel:
 
     @property
     def forward_factor(self) -> complex:
-        """What it reads of a forward circular motion that x reads as 1: e^{−iθ}."""
+        """Reading of a forward circular motion that x reads as 1: e^{−iθ}."""
         along_x, along_y = self.cosines
         return complex(along_x, -along_y)
 

@@ -1,4 +1,4 @@
-"""What was measured: amplitudes or complex responses over speed and channels, with their noise model. Never the truth."""
+"""Measured amplitudes or complex responses over speed and channels, with their noise model; never the true values."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ class Measurement:
 
     @property
     def layout(self) -> Layout:
-        """What was measured, without the values."""
+        """Layout of the measurement: speeds, channels, observable."""
         return Layout(self.speed, self.channels, self.kind, self.source, self.phase_known, campaign=self.campaign)
 
     @property
@@ -171,7 +171,7 @@ class Measurement:
         return self.kind.dimensions
 
     def seen(self, response: ComplexArray) -> Array | ComplexArray:
-        """What this measurement shows of a complex response, noise aside: all of it, or its amplitude."""
+        """Observable part of a complex response, without noise: all of it, or its amplitude."""
         return self.kind.seen(response)
 
 

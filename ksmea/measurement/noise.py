@@ -42,7 +42,7 @@ class Noise:
         return dataclasses.replace(self, relative=self.relative * factor, floor=self.floor * factor)
 
     def part(self, indices: Indices) -> Noise:
-        """That of some of the speeds, by rising index."""
+        """Noise of some of the speeds, by rising index."""
         relative, floor = (np.asarray(part)[indices] if np.ndim(part) else part for part in (self.relative, self.floor))
         return Noise(relative, floor)
 

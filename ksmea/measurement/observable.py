@@ -27,7 +27,7 @@ class Observable(StrEnum):
         return 1 if self is Observable.AMPLITUDE else 2
 
     def seen(self, response: ComplexArray) -> Array | ComplexArray:
-        """What data of this observable show of a complex response, noise aside, in its shape.
+        """Observable part of a complex response, without noise, in its shape.
 
         >>> Observable.AMPLITUDE.seen(np.array([3 + 4j]))
         array([5.])

@@ -124,7 +124,7 @@ def _tangent(balance: Balance, motion: Array, level: Array, last: Array) -> Arra
 def _corrected(
     balance: Balance, motion: Array, level: Array, ahead: Array, direction: Array, scale: Array
 ) -> tuple[Array, Mask, Indices]:
-    """Points (n, p + 1) of the curve beside those that lie `ahead`, by Newton's method at right angles to the curve, whether they are
+    """Points (n, p + 1) of the curve next to those that lie `ahead`, by Newton's method at right angles to the curve, whether they are
     on it, and after how many corrections."""
     found = np.concatenate([motion, level[:, None]], axis=1) + ahead
     is_on: Mask = np.zeros(len(found), dtype=bool)

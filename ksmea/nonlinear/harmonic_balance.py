@@ -55,7 +55,7 @@ class Harmonics:
 
     @cached_property
     def basis(self) -> Array:
-        """What each component does along the orbit, (n_component, n_angle)."""
+        """Basis functions of the components along the orbit, (n_component, n_angle)."""
         return np.stack([(1j**part * np.exp(1j * self.orders[index] * self.angles)).real for index, part in self.parts])
 
     @cached_property
@@ -66,11 +66,11 @@ class Harmonics:
 
     @cached_property
     def products(self) -> Array:
-        """Of each two of them, (n_component², n_angle)."""
+        """Products of each two basis functions, (n_component², n_angle)."""
         return np.reshape(self.weighted[:, None] * self.basis, (-1, len(self.angles)))
 
     def components(self, motion: ComplexArray) -> Array:
-        """Of harmonics (n, n_order, m): (n, n_component m)."""
+        """Components of harmonics (n, n_order, m): (n, n_component m)."""
         rows = [motion[:, index].imag if part else motion[:, index].real for index, part in self.parts]
         return np.concatenate(rows, axis=-1)
 
@@ -84,7 +84,7 @@ class Harmonics:
         return found
 
     def receptance(self, per_force: ComplexArray) -> Array:
-        """The same of receptances (n, n_order, m, m): (n, n_component m, n_component m)."""
+        """Components of receptances (n, n_order, m, m): (n, n_component m, n_component m)."""
         n, _, m, _ = per_force.shape
         found = np.zeros((n, len(self.parts), m, len(self.parts), m))
         for row, (index, part) in enumerate(self.parts):

@@ -24,11 +24,16 @@ from ksmea.measurement.channel import DIRECTIONS
 from ksmea.nonlinear.contact import OrbitForce, cubic_spring, rotating_asymmetry, rub, spring_above_an_amplitude
 from ksmea.nonlinear.harmonic_balance import Balance, Harmonics
 from ksmea.nonlinear.steady_motion import SiteForce, SiteMotion, steady_force
-from ksmea.units import GRAM_MILLIMETRE, MICROMETRE
+from ksmea.units import GRAM_MILLIMETRE, HERTZ, MICROMETRE
 
 FORWARD = np.array([1, -1j])
 AXES = np.stack([np.diag([1.0, 0.0]), np.diag([0.0, 1.0])])
 CROSS = np.array([[[0.0, 1.0], [-1.0, 0.0]]])
+ISOTROPIC = np.concatenate([np.eye(2)[None], CROSS])
+
+N_THRESHOLD = 12  # amplitudes that a search for a threshold starts from
+N_NATURAL, STARTS_BEYOND = 40, 1.5  # natural frequencies of a spring-mass that a search starts from; beyond the band, factor
+START_RATIOS = (0.003, 0.03, 0.2)  # damping ratios with each of them
 
 OfSpeed = Callable[[Array], ComplexArray]  # speeds (n_speed,) rad/s → what acts per unit of each coefficient
 
@@ -47,22 +52,36 @@ class Law(ABC):
         return True
 
     @property
-    def threshold(self) -> int | None:
-        """Index of a coefficient that is an amplitude, m, no less than zero, up to which nothing acts."""
-        return None
+    def has_own_mode(self) -> bool:
+        """Whether it is a function of the frequency of the motion with a resonance of its own, and not of the spin speed."""
+        return False
+
+    @property
+    def from_zero(self) -> tuple[int, ...]:
+        """Indices of the coefficients that have no sign, such as an amplitude up to which nothing acts."""
+        return ()
 
     @property
     def least(self) -> Array:
-        """The least values of the coefficients, (n_coefficient,): 0 of an amplitude, else none."""
-        return np.where(np.arange(len(self.coefficients)) == self.threshold, 0.0, -np.inf)
+        """The least values of the coefficients, (n_coefficient,): 0 of those without a sign, else none."""
+        return np.where(np.isin(np.arange(len(self.coefficients)), self.from_zero), 0.0, -np.inf)
+
+    def starts(self, speed: Array, amplitude: Array) -> Array | None:
+        """Coefficients (n, n_coefficient) with the first, the law's size, 1, from the best of which a fit starts, at speeds (n_speed,)
+        and amplitudes of the site (n_speed,) m; None: the force is linear in all coefficients."""
+        return None
+
+    def shows(self, coefficients: Array, speed: Array) -> bool:
+        """Whether coefficients (n_coefficient,) SI are those of what the law means at speeds (n_speed,), and not of a simpler one."""
+        return True
 
     @abstractmethod
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
-        """What acts, (n, n_speed, 2) N, where the site moves by `motion` (n, n_speed, 2) m."""
+        """Force (n, n_speed, 2) N if the site moves by `motion` (n, n_speed, 2) m."""
 
     @abstractmethod
     def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
-        """What acts, (n, n_speed, 2) N, with coefficients (n, n_coefficient) SI, in the steady motion that it is part of. Where
+        """Force (n, n_speed, 2) N with coefficients (n, n_coefficient) SI, in the steady motion that it is part of. Where
         there are several, it is the one that `steady_motion` chooses.
 
         Raises LinAlgError if there is none."""
@@ -85,19 +104,20 @@ class LawOfSpeed(Law):
         return self.at_motion(coefficients, site.speed, site.without_force)
 
 
-@dataclass(frozen=True)
-class LinearLaw(Law):
-    """`terms`: stiffness K, N/m, per unit of each coefficient, (n_coefficient, n_speed, 2, 2)."""
+class StiffnessLaw(Law):
+    """Base of laws f = −K q with a dynamic stiffness K that does not depend on the motion."""
 
-    terms: OfSpeed
+    @abstractmethod
+    def stiffness(self, coefficients: Array, speed: Array) -> ComplexArray:
+        """K (n, n_speed, 2, 2), N/m."""
 
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
-        return np.asarray(-(self._stiffness(coefficients, speed) @ motion[..., None])[..., 0])
+        return np.asarray(-(self.stiffness(coefficients, speed) @ motion[..., None])[..., 0])
 
     def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
         """f = −(1 + K H)⁻¹ K q of the two directions by Cramer's rule, which takes a tenth of what a solver takes that is called
         for each speed."""
-        (xx, xy), (yx, yy) = np.moveaxis(self._stiffness(coefficients, site.speed), (-2, -1), (0, 1))
+        (xx, xy), (yx, yy) = np.moveaxis(self.stiffness(coefficients, site.speed), (-2, -1), (0, 1))
         (h_xx, h_xy), (h_yx, h_yy) = np.moveaxis(site.per_force, (-2, -1), (0, 1))
         x, y = np.moveaxis(site.without_force, -1, 0)
         a, b = 1 + xx * h_xx + xy * h_yx, xx * h_xy + xy * h_yy
@@ -107,8 +127,50 @@ class LinearLaw(Law):
             raise np.linalg.LinAlgError("a force proportional to the motion leaves no steady motion at a speed")
         return np.asarray(np.stack([b * of_y - d * of_x, c * of_x - a * of_y], axis=-1) / determinant[..., None])
 
-    def _stiffness(self, coefficients: Array, speed: Array) -> ComplexArray:
+
+@dataclass(frozen=True)
+class LinearLaw(StiffnessLaw):
+    """`terms`: stiffness K, N/m, per unit of each coefficient, (n_coefficient, n_speed, 2, 2)."""
+
+    terms: OfSpeed
+
+    def stiffness(self, coefficients: Array, speed: Array) -> ComplexArray:
         return np.asarray(np.einsum("nc,c...->n...", coefficients, self.terms(speed)))
+
+
+@dataclass(frozen=True)
+class SpringMass(StiffnessLaw):
+    """A mass on a spring and a damper, alike in x and y: an absorber, a flexible disk or blades. With mass m, natural frequency ω₀ and
+    damping ratio ζ (J. P. Den Hartog, Mechanical Vibrations, 1956, section 3.2):
+
+        K = −m Ω² (ω₀² + 2iζ ω₀ Ω) / (ω₀² − Ω² + 2iζ ω₀ Ω).
+    """
+
+    @property
+    def has_own_mode(self) -> bool:
+        return True
+
+    @property
+    def from_zero(self) -> tuple[int, ...]:
+        return (0, 1, 2)
+
+    def stiffness(self, coefficients: Array, speed: Array) -> ComplexArray:
+        mass, natural, ratio = coefficients.T[..., None]  # (n, 1) each
+        carried = natural**2 + 2j * ratio * natural * speed
+        below = carried - speed**2
+        with np.errstate(divide="ignore", invalid="ignore"):  # undamped at its own frequency: the response is refused as infinite
+            whole = -mass * speed**2 * carried / below
+        return np.asarray(np.where(mass == 0, 0.0, whole)[..., None, None] * np.eye(2))
+
+    def shows(self, coefficients: Array, speed: Array) -> bool:
+        """Below the band it is a spring to the ground, far above it a mass."""
+        return bool(speed.min() <= coefficients[1] <= STARTS_BEYOND * speed.max())
+
+    def starts(self, speed: Array, amplitude: Array) -> Array | None:
+        highest = STARTS_BEYOND * speed.max()
+        natural = np.geomspace(speed.min(), highest, N_NATURAL)
+        grid = np.stack(np.meshgrid(1.0, natural, START_RATIOS, indexing="ij"), axis=-1)
+        return np.asarray(grid.reshape(-1, 3))
 
 
 @dataclass(frozen=True)
@@ -121,8 +183,17 @@ class NonlinearLaw(Law):
     clearance: int | None = None
 
     @property
-    def threshold(self) -> int | None:
-        return self.clearance
+    def from_zero(self) -> tuple[int, ...]:
+        return () if self.clearance is None else (self.clearance,)
+
+    def starts(self, speed: Array, amplitude: Array) -> Array | None:
+        """Several thresholds; what is neither one nor the size is zero at first."""
+        if self.clearance is None:
+            return None
+        tried = np.zeros((N_THRESHOLD, len(self.coefficients)))
+        tried[:, 0] = 1.0
+        tried[:, self.clearance] = np.quantile(amplitude, np.arange(N_THRESHOLD) / N_THRESHOLD)
+        return tried
 
     @property
     def has_corners(self) -> bool:
@@ -157,6 +228,10 @@ def _pair(name: str, unit: str, size: float) -> tuple[tuple[str, str, float], ..
     return tuple((f"{name}_{axis}", unit, size) for axis in DIRECTIONS)
 
 
+def _one(name: str, unit: str, size: float) -> tuple[tuple[str, str, float], ...]:
+    return (name, unit, size), (f"{name}_xy", unit, size)
+
+
 def _together(*parts: OfSpeed) -> OfSpeed:
     return lambda speed: np.concatenate([part(speed) for part in parts])
 
@@ -185,6 +260,19 @@ LAWS = _by_key(
         "spring, damper and mass",
         (*SPRING, *DAMPER, *MASS),
         _together(OF_SPRING, OF_DAMPER, OF_MASS),
+    ),
+    SpringMass("spring_mass", "spring-mass", (("m", "kg", 1.0), ("f_0", "Hz", HERTZ), ("ζ", "%", 0.01))),
+    LinearLaw(
+        "cross_coupled_spring_and_damper",
+        "cross-coupled spring and damper",
+        (*_one("k", "MN/m", 1e6), *_one("c", "kN s/m", 1e3)),
+        _together(_stiffness(ISOTROPIC, 1, 0), _stiffness(ISOTROPIC, 1j, 1)),
+    ),
+    LinearLaw(
+        "seal",
+        "seal: spring, damper and cross-coupling ∝ Ω",
+        (("k", "MN/m", 1e6), ("c", "kN s/m", 1e3), ("k_xy/Ω", "kN s/m", 1e3)),
+        _together(_stiffness(ISOTROPIC[:1], 1, 0), _stiffness(ISOTROPIC[:1], 1j, 1), _stiffness(CROSS, 1, 1)),
     ),
     NonlinearLaw(
         "rotating_asymmetry",

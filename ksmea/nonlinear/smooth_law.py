@@ -57,7 +57,7 @@ def smooth(knots: Array) -> SmoothForce:
 
 
 def _weights(knots: Array, speed: Array) -> Array:
-    """Of the values at the knots in what lies at other speeds, (n_speed, n_knot)."""
+    """Weights of the values at the knots in those at other speeds, (n_speed, n_knot)."""
     length = CORRELATION_LENGTH * np.median(np.diff(knots))
     between, to = (_correlation(np.abs(each[:, None] - knots) / length) for each in (knots, speed))
     ones = np.linalg.solve(between, np.ones(len(knots)))

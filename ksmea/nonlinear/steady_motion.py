@@ -46,7 +46,7 @@ class SiteMotion:
 
     @property
     def orders(self) -> tuple[int, ...]:
-        """Of the harmonics, that of the rotation first."""
+        """Orders of the harmonics, the 1X first."""
         return (1, *self.further)
 
 
@@ -78,7 +78,7 @@ class SiteForce:
 
 
 def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
-    """What acts. Raises LinAlgError if no steady motion is found."""
+    """Force in the steady motion. Raises LinAlgError if no steady motion is found."""
     n, n_speed, m = site.without_force.shape
     row = np.repeat(np.arange(n), n_speed)
     alone = site.without_force.reshape(-1, m)

@@ -43,7 +43,7 @@ class Meter:
 
     @property
     def spent(self) -> int:
-        """What the counts take of a budget, in evaluations."""
+        """Cost of the counts within a budget, in evaluations."""
         return self.evaluations + self.jacobian_cost * self.jacobians + self.others
 
     @property

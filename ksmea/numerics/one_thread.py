@@ -3,6 +3,7 @@
 Matrices of a rotor are small: further threads gain nothing, wait for each other by spinning, which on a busy machine multiplies the
 processor time, and add sums in another order, so that last digits differ.
 """
+# Shorter than 40 lines: every function of the public door that computes shares it.
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ def cpu_seconds() -> float:
 
 @dataclass(frozen=True)
 class _Answer:
-    """What became of an item: a value, or an error with the lines where it was raised."""
+    """Outcome of an item: a value, or an error with the lines where it was raised."""
 
     value: Any = None
     error: BaseException | None = None

@@ -30,7 +30,7 @@ class Screened:
         return Screened(self.points[:count], self.misfits[:count])
 
     def below(self, misfit: float) -> Screened:
-        """The points whose misfit is lower than one; all that have a misfit where that is none, nan.
+        """The points whose misfit is lower than one; all that have a misfit where that is not one, nan.
 
         >>> ranked(np.array([[0.1], [0.2], [0.3]]), np.array([3.0, 1.0, 2.0])).below(2.0).points.ravel()
         array([0.2])

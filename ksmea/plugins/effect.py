@@ -60,6 +60,9 @@ class Effect(Settings, Generic[Seen]):
     if_nowhere: ClassVar[str] = "leave it out"  # what a message says to do where a problem has no location for it
     # Whether it is fitted from values all over its limits, as an effect that moves or hides resonances requires. Default: True.
     is_scanned: ClassVar[bool] = True
+    # Whether readings of complex data are those without it plus a sum linear in its unknowns, the same whatever the motion: these
+    # are then eliminated in place of a scan. Default: False.
+    adds_readings: ClassVar[bool] = False
 
     def locations(self, problem: Seen) -> Sequence[Self]:
         """This effect at each possible location of the problem; empty if there is no such location. Default: this effect alone."""

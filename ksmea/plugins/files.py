@@ -1,6 +1,6 @@
 """Plugins in plain files: which classes of a file are plugins, under which names, and what a file brings along.
 
-A file is imported as the module of its name, and may import what lies beside it. Every public class in it that subclasses a
+A file is imported as the module of its name, and may import what lies next to it. Every public class in it that subclasses a
 contract is a plugin. Its name is that of the class in snake case: `RandomSearch` is `random_search`, `CMAES` is `cmaes`.
 """
 
@@ -136,12 +136,12 @@ def snake_case(name: str) -> str:
 
 
 def digests(path: Path) -> dict[str, str]:
-    """Hash by name of a plugin's file and of all that it imports from beside it. Nothing is executed."""
+    """Hash by name of a plugin's file and of all that it imports from next to it. Nothing is executed."""
     return {name: hashlib.sha256(each.read_bytes()).hexdigest()[:DIGITS] for name, each in brought_along(path).items()}
 
 
 def brought_along(path: Path) -> dict[str, Path]:
-    """A plugin's file, and the modules and packages beside it that it imports, packages with all their files, by name;
+    """A plugin's file, and the modules and packages next to it that it imports, packages with all their files, by name;
     `SettingError` if there is no such file."""
     if not path.is_file():
         raise SettingError(f"expected a Python file, found none at {path}; give its path", setting="plugins")
@@ -251,7 +251,7 @@ def _loaded(path: Path) -> ModuleType:
 
 
 def _require_own_name(path: Path, name: str) -> None:
-    """Raise `SettingError` if Python finds another module of a name than the one beside a plugin's file."""
+    """Raise `SettingError` if Python finds another module of a name than the one next to a plugin's file."""
     try:
         spec = find_spec(name)
     except ValueError:  # the module that was started
@@ -272,7 +272,7 @@ def one_line(error: BaseException) -> str:
 
 
 def require_same(path: Path, planned: Mapping[str, str]) -> None:
-    """Raise `SettingError` if a file, or what it imports from beside it, is no longer as planned."""
+    """Raise `SettingError` if a file, or what it imports from next to it, is no longer as planned."""
     if changed := [name for name, digest in digests(path).items() if planned.get(name) != digest]:
         raise SettingError(
             f"{path}: expected what the experiment was planned with, but {', '.join(changed)} has changed; give"

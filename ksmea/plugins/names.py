@@ -74,7 +74,7 @@ def left_out(group: str) -> list[EntryPoint]:
 
 
 def add_file(path: Path, points: Sequence[EntryPoint]) -> None:
-    """Register what a file holds beside what is installed."""
+    """Register what a file holds next to what is installed."""
     _in_files[path] = list(points)
     registered.cache_clear()
 

@@ -50,9 +50,9 @@ __all__ = [
 
 
 def register_file(path: Path, planned: Mapping[str, str] | None = None) -> None:
-    """Register the plugins of a Python file, which is executed for that, beside the installed ones. A file that has been
+    """Register the plugins of a Python file, which is executed for that, next to the installed ones. A file that has been
     registered stays as it was. `SettingError` if it cannot be loaded, has no plugin, or one of a name that is taken, and
-    where it and what it imports from beside it do not have the `planned` digests."""
+    where it and what it imports from next to it do not have the `planned` digests."""
     if is_added(path):
         return
     if planned is not None:
@@ -91,7 +91,7 @@ def plugin_class(group: str, name: str) -> type:
 
 
 def _class_at(point: EntryPoint, contract: type[Settings]) -> type:
-    """The class that an entry point names; `SettingError` if it cannot be loaded or is no plugin by the contract."""
+    """The class that an entry point names; `SettingError` if it cannot be loaded or is not a plugin by the contract."""
     if isinstance(point, SharedName):
         raise SettingError(point.refusal)
     if isinstance(point, BrokenName):

@@ -1,7 +1,7 @@
 """Journal of finished evaluations: a killed run replays them exactly.
 
-All random numbers of a run come from its seeds, so that it asks for the same evaluations in the same order. Each
-request is written when it is finished; a run that starts again is served from the file for as long as it asks for the
+All random numbers of a run come from its seeds, so that it requests the same evaluations in the same order. Each
+request is written when it is finished; a run that starts again is served from the file for as long as it requests the
 same points, bit for bit, and computes from then on.
 """
 
@@ -25,7 +25,7 @@ HEADER = struct.Struct("<QQI")
 
 
 class Journal:
-    """Questions (what is asked for, and the parameter sets) and answers (complex arrays) of one run, oldest first."""
+    """Questions (what is requested, and the parameter sets) and answers (complex arrays) of one run, oldest first."""
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What is known of a linear rotor's response besides samples of it: the unknown impedances and the unbalance that make it.
+"""Structure of a linear rotor's response: the unknown impedances and the unbalance that determine it.
 
 At one speed the dynamic stiffness is D = D₀ + Σ_i z_i E_i, with z = k + iΩc − Ω²m an unknown impedance, or a factor of a table, and E_i
 of the rank of the ports that share it. By Cramer's rule the response per unbalance is N(z) / Q(z), with Q = det D the same for all
@@ -31,7 +31,7 @@ class UnknownImpedance:
 
 @dataclass(frozen=True, eq=False)
 class ResponseStructure:
-    """Unknowns, speeds, channels and impedances of a problem; all unknowns beside the impedances act by its unbalance alone.
+    """Unknowns, speeds, channels and impedances of a problem; all unknowns next to the impedances act by its unbalance alone.
 
     `unbalance` is the problem's own (`Problem.unbalance`), (d,) SI → kg m by position: it costs no evaluation.
     """

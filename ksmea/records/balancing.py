@@ -186,7 +186,7 @@ def _of_run_time(record: BalanceRecord) -> Quantity | None:
 
 @dataclass(frozen=True)
 class BalanceRecord(Record):
-    """What balancing found of a campaign. `method` says how covariances were found (`ksmea.balancing.fit`), `dof` with how
+    """Result of balancing a campaign. `method` says how covariances were found (`ksmea.balancing.fit`), `dof` with how
     many complex degrees of freedom, None: known."""
 
     entries: tuple[EntryRecord, ...]

@@ -158,7 +158,7 @@ class DiagnosisRecord(Record):
     diagnosis has been made without it. The drop is from the baseline model to the fit started from the true values.
     """
 
-    verdict: str  # adequate, not observable, named, ambiguous, located or unknown
+    verdict: str  # adequate, not observable, named, ambiguous, located, unknown or misread
     named: tuple[str, ...]
     ambiguity_group: tuple[str, ...]  # the named effects and those that explain the data about as well
     locations: tuple[str, ...]  # where the best effect explains the data about as well
@@ -192,6 +192,7 @@ class DiagnosisRecord(Record):
     averaged: AveragedRecord | None = None  # over these, where there are several and an average is wanted
     inputs: tuple[InputRecord, ...] = ()  # numbers known to a tolerance, by the model that is believed
     notation: Notation = field(default_factory=Notation)  # of the measurement's own file
+    reading: str = ""  # where the verdict is misread: how the data look to have been given, and what mends it; all else is of data read so
     is_split_sought: bool = True  # whether a measurement that would tell them apart is wanted
 
     @classmethod
@@ -211,7 +212,7 @@ class DiagnosisRecord(Record):
     @property
     def is_rejected(self) -> bool:
         """Whether the model as given is."""
-        return self.verdict not in ("adequate", "not observable")
+        return self.verdict not in ("adequate", "not observable", "misread")
 
     @property
     def is_explained(self) -> bool:

@@ -1,4 +1,4 @@
-"""What synthetic data hide: effects that are in the data and not in the model that is fitted to them."""
+"""Effects hidden in synthetic data: in the data, but not in the fitted model."""
 # Shorter than 40 lines: one record a file.
 
 from __future__ import annotations

@@ -10,7 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from ksmea.problem.load import FORCE
+import numpy as np
+
+from ksmea.problem.load import FORCE, MOMENT
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import ExtensionRecord, PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect
@@ -20,12 +22,13 @@ from ksmea.units import SPEED, Length, Quantity
 STIFFNESS, WORK = Quantity("N/m"), Quantity("J")
 
 UNSEEN = "unseen"  # basis of the interval of an unknown that the data do not show beside what is unknown
-PAIR = "pair of forces"  # at two positions
+PAIR, LATERAL = "pair of forces", "force and moment"  # at two positions, at one
 Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
 NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
 SAME = 1e-6  # m between positions of one place
-MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
+# If so much is accepted, nothing is located: of all that was tried, or of the places of forces and moments, which are so many at least
+MAX_SHARE, MAX_PLACES, FEWEST_SPREAD = 0.5, 1 / 3, 3
 
 
 @dataclass(frozen=True)
@@ -214,13 +217,40 @@ class LocationRecord(Record):
         nearest = min((abs(each.position - position) for each in self.candidates), default=0.0)
         return any(abs(each.position - position) <= nearest + SAME for each in self.sites)
 
+    def share(self, *kinds: str) -> float:
+        """The part of the places tried for these kinds, of one position each, at which any of them is accepted."""
+        tried = np.unique([each.position for each in self.candidates if each.kind in kinds])
+        accepted = [each.position for each in self.sites if each.kind in kinds]
+        width = np.gradient(tried) if len(tried) > 1 else np.ones(len(tried))
+        return float(np.sum(width[np.isin(tried, accepted)]) / np.sum(width)) if len(tried) else 0.0
+
     @property
-    def is_spread(self) -> bool:
-        """Whether something unknown explains the data at most places."""
+    def share_of_places(self) -> float:
+        """The part of the places at which a force, a moment or both explain the data."""
+        return self.share(FORCE, MOMENT, LATERAL)
+
+    @property
+    def is_anywhere(self) -> bool:
+        """Whether something unknown explains the data at most of what was tried."""
         return len(self.sites) > MAX_SHARE * len(self.candidates)
 
     @property
+    def is_spread(self) -> bool:
+        """Whether something unknown explains the data at so many places that none of them is where it acts: what acts all along the
+        shaft is often done as well by a force at most places and a moment at others. Fewer than most may be told apart by a law that
+        holds at few of them alone."""
+        places = {each.position for each in self.sites if each.kind in (FORCE, MOMENT, LATERAL)}
+        if self.is_anywhere or len(places) < FEWEST_SPREAD or self.share_of_places < MAX_PLACES:
+            return self.is_anywhere
+        of_law = {each.position for each in self.law_class}
+        return not of_law or self.share_of_places > MAX_SHARE or len(of_law) >= MAX_PLACES * self._n_place
+
+    @property
+    def _n_place(self) -> int:
+        return len({each.position for each in self.candidates if each.kind in (FORCE, MOMENT, LATERAL)})
+
+    @property
     def is_local(self) -> bool:
-        """Whether something unknown explains the data at some places and not at most: a law that holds at one of many is no
+        """Whether something unknown explains the data at some places and not at many: a law that holds at one of many is no
         proof, since what is spread along the shaft often does as much as one mass or spring."""
         return bool(self.sites) and not self.is_spread

@@ -49,7 +49,7 @@ class Record:
         return data
 
     def shown_data(self) -> dict[str, Any]:
-        """What files show: `to_data`, in the order and with what people ask for first. Default: `to_data`."""
+        """Data for files: `to_data`, in the order and with what people ask for first. Default: `to_data`."""
         return self.to_data()
 
     @classmethod

@@ -1,4 +1,4 @@
-"""What a rotor is made of and where, as a drawing to scale needs it: SI, positions along the shaft from its left end."""
+"""Parts of a rotor and their positions for a drawing to scale: SI, positions along the shaft from its left end."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class UnbalanceMark:
 
 @dataclass(frozen=True)
 class EffectMark:
-    """An effect beside the rotor itself: its location in words, and positions on the shaft (m) if it sits at any."""
+    """An effect next to the rotor itself: its location in words, and positions on the shaft (m) if it sits at any."""
 
     name: str
     where: str

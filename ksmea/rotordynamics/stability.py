@@ -37,7 +37,7 @@ def lowest_unstable_speed(growth_rate: Callable[[Array], Array], highest: float)
 
 def grows_nowhere(growth_rate: Callable[[Array], Array], highest: float) -> bool:
     """Whether a growth rate, as above, is above 0 at none of the speeds that are looked at; the highest of them, at which most
-    rotors that are unstable are so, is asked for first and alone."""
+    rotors that are unstable are so, is requested first and alone."""
     last, others = np.split(scanned_speeds(highest)[::-1], [1])
     return not (np.any(growth_rate(last) > 0) or np.any(growth_rate(others) > 0))
 

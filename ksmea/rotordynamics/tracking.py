@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.rotordynamics.whirl import BACKWARD, FORWARD, Branches, Motions, direction_of_whirl
@@ -59,7 +59,7 @@ def _assigned(before: Motions, chosen: Sequence[int], now: Motions) -> tuple[lis
     alike = _likeness(before.shape[list(chosen)], now.shape)
     old, new = before.eigenvalue[list(chosen)][:, None], now.eigenvalue[None]
     change = np.abs(new - old) / np.maximum(np.abs(old), np.abs(new))
-    rows, columns = linear_sum_assignment((1 - alike) + change / FAR)
+    rows, columns = scipy.optimize.linear_sum_assignment((1 - alike) + change / FAR)
     kept = alike[rows, columns] >= LEAST_ALIKE
     return rows[kept].tolist(), columns[kept].tolist()
 

@@ -104,7 +104,7 @@ class ModeShapes:
 
 @dataclass(frozen=True, eq=False)
 class Rotordynamics:
-    """What a rotor at given values of its unknowns looks like and how it whirls."""
+    """Geometry and whirl of a rotor at given values of its unknowns."""
 
     title: str
     values: tuple[tuple[str, str, float], ...]  # name, unit, value in it
@@ -146,7 +146,7 @@ def direction_of_whirl(x: ComplexArray, y: ComplexArray) -> str:
 
 
 def roundness(x: ComplexArray, y: ComplexArray) -> Array:
-    """Of the orbit at each place (n_place,): 1 a forward circle, −1 a backward one, 0 a line; NaN if it hardly moves."""
+    """Roundness of the orbit at each place (n_place,): 1 a forward circle, −1 a backward one, 0 a line; NaN if it hardly moves."""
     power = np.abs(x) ** 2 + np.abs(y) ** 2
     moving = power > STILL**2 * power.max()
     return np.where(moving, 2 * np.imag(x * y.conj()) / np.where(moving, power, 1.0), np.nan)

@@ -132,7 +132,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Units:
-    """The header of a file that says once which unit each quantity has; asked for only where it is needed."""
+    """The header of a file that says once which unit each quantity has; requested only where it is needed."""
 
     header: Block
 
@@ -171,7 +171,7 @@ class Units:
 
 
 def inside(block: Block, key: str, make: Callable[[], Any]) -> Any:
-    """What `make` returns; its `SettingError` with the location in the file before it."""
+    """Result of `make`; its `SettingError` is preceded by the location in the file."""
     try:
         return make()
     except SettingError as error:

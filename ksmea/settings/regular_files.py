@@ -64,7 +64,7 @@ def open_regular(path: Path, mode: str = "rb") -> BinaryIO:
 
 
 def descriptor_of_regular(path: Path, flags: int) -> int:
-    """The same as a file descriptor."""
+    """File descriptor of a regular file."""
     try:
         descriptor = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
     except OSError as error:

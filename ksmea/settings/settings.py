@@ -46,7 +46,7 @@ def setting(
 
 def part(help: str, *, at_least: float | None = None) -> Any:
     """A dataclass field that holds a part of a method: another plugin, or the number of samples. A run chooses parts
-    beside the settings (`surrogate=kriging samples=40`), so that they are no settings of the method itself."""
+    next to the settings (`surrogate=kriging samples=40`), so that they are no settings of the method itself."""
     return dataclasses.field(metadata={"help": help, "is_part": True, "at_least": at_least})
 
 
@@ -126,7 +126,7 @@ def _checked_fields(settings: type) -> tuple[tuple[str, Any, Mapping[str, Any]],
 
 
 def expected_range(metadata: Any) -> str:
-    """What a field accepts, in words: 'a number above 0 and at most 2'."""
+    """Accepted values of a field in words: 'a number above 0 and at most 2'."""
     limits = []
     if metadata.get("above") is not None:
         limits.append(f"above {metadata['above']:g}")

@@ -119,7 +119,7 @@ StrictLoader.add_constructor(FLOAT, _decimal)
 
 
 def _in_words(error: yaml.MarkedYAMLError) -> str:
-    """What is wrong: of what is no YAML at all PyYAML's words, and where to look."""
+    """Description of an error with its place; PyYAML's words for text that is not YAML."""
     said = _one_line(error.problem).removeprefix("found ")
     if isinstance(error, (yaml.scanner.ScannerError, yaml.parser.ParserError)):
         return f"a syntax error ({said}); look there and just above for a missing bracket, quote, colon or space"

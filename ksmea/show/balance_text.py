@@ -54,7 +54,7 @@ def frame(record: BalanceRecord) -> pd.DataFrame:
 
 
 def left_out_frame(weights: tuple[WeightRecord, ...]) -> pd.DataFrame:
-    """A row per run and plane: the weight as told, and the known one beside it."""
+    """A row per run and plane: the weight as told, and the known one next to it."""
     return pd.DataFrame(
         [
             {
@@ -214,7 +214,7 @@ def _coefficients(record: BalanceRecord) -> str:
 
 
 def _changes(record: BalanceRecord) -> str:
-    """What the response depends on besides the weights, and how far runs scatter."""
+    """Dependence of the response on other things than weights, and scatter of the runs."""
     said = []
     if record.slope:
         slopes = ", ".join(f"{each:.2f}" for each in record.slope)

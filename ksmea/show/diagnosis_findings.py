@@ -21,12 +21,13 @@ from ksmea.measurement.notation import SPEEDS, Notation
 from ksmea.records.statement import StatementRecord
 from ksmea.show import statements
 from ksmea.show.diagnosis_tables import averaged_values
-from ksmea.show.location_words import in_short
+from ksmea.show.location_words import in_short, over_the_shaft
 from ksmea.show.statements import PLAIN, UNSAID, half_width, rounded, with_unit
 from ksmea.show.text import number, two_digits
 from ksmea.units import MICROMETRE
 
 ADEQUATE, UNSEEN, LOCATED, UNKNOWN, AMBIGUOUS = "adequate", "not observable", "located", "unknown", "ambiguous"
+MISREAD = "misread"
 NEAR = 6.0  # ΔBIC within which two explanations cannot be distinguished (Kass & Raftery 1995)
 LEAST_FLOOR = 0.01 * MICROMETRE  # of noise that is said
 RESOLUTION = 4001  # simulated residuals of the lack-of-fit test, with the measured ones: its smallest p is one of them
@@ -60,6 +61,10 @@ def title(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
             return f"Something that no known effect describes acts on the shaft: a {in_short(record.location)}"
         case "ambiguous":
             return f"{_either(record, notation)}: these data cannot distinguish them"
+        case "misread":
+            return _capital(record.reading.split(":")[0])
+        case "unknown" if record.location is not None and record.location.is_spread:
+            return f"Something is not in the model, {over_the_shaft(record.location)}"
         case "unknown":
             return f"Something {where(record.lack_of_fit.before, notation)} is not in the model; no cause and no pair explains it"
     return " and ".join(_said(effect, notation) for effect in record.applied)
@@ -68,13 +73,18 @@ def title(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
 def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     """What the title means for the model, in one or two sentences."""
     test = record.lack_of_fit
+    if record.verdict == MISREAD:
+        return f"{_capital(record.reading)}. Read so, the residuals are consistent with noise ({chance(test.before)}). The values below are of data read so."
     if record.verdict in (ADEQUATE, UNSEEN):
         return f"The residuals are consistent with noise ({chance(test.before)}). The values below hold."
     rejected = f"The model as given does not fit: its residuals are not noise ({chance(test.before)})"
     if test.before.p >= test.level:
         rejected = f"The residuals of the model as given could be noise ({chance(test.before)}), but the effect is significant"
     if not record.is_explained:
-        return f"{rejected}. They are largest {where(test.before, notation)}. Its values below are those of a wrong model."
+        largest = f"They are largest {where(test.before, notation)}"
+        if beside(record):
+            return f"{rejected}. {largest}. The values below hold beside it, whatever it is."
+        return f"{rejected}. {largest}. Its values below are those of a wrong model."
     with_cause = "" if test.after is None else f" With {'it' if len(record.applied) == 1 else 'both'} the residuals are consistent with noise ({chance(test.after)})."
     doubt = ""
     if record.predictive_gain is not None and not record.predictive_gain.is_supported:
@@ -161,11 +171,15 @@ def file_line(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
 
 
 def values(record: DiagnosisRecord) -> pd.DataFrame:
-    """Unknowns by the accepted model: value, interval, relative half-width, and how far the cause moved them. A rejected model has
-    values alone: intervals of a wrong model mislead."""
+    """Unknowns by the accepted model: value, interval, relative half-width, and how far the cause moved them; of a cause that is
+    located those beside it. A rejected model has values alone: intervals of a wrong model mislead."""
     averaged = averaged_values(record)
-    rows = []
-    for row in record.coefficients:
+    rows = [
+        {"": each.name, "value": value, "95 %": interval, "±": relative, "unit": each.unit}
+        for each in beside(record)
+        for value, interval, relative in [_in_columns(each.shown)]
+    ]
+    for row in record.coefficients if not rows else ():
         if row.before is None:
             continue
         accepted = averaged.get(row.name) if averaged else row.after if record.is_explained else row.before
@@ -180,7 +194,15 @@ def values(record: DiagnosisRecord) -> pd.DataFrame:
             own["moved by the cause"] = _moved(row.before, accepted)
         rows.append(own)
     frame = pd.DataFrame(rows)
-    return frame if frame.empty or record.verdict not in (LOCATED, UNKNOWN) else frame.drop(columns="±")
+    is_wrong = record.verdict in (LOCATED, UNKNOWN) and not beside(record)
+    return frame.drop(columns="±") if is_wrong and not frame.empty else frame
+
+
+def beside(record: DiagnosisRecord) -> list[EstimateRecord]:
+    """Unknowns beside something unknown that is located, with intervals over all its places; empty for other verdicts."""
+    if record.verdict != LOCATED or record.location is None:
+        return []
+    return [each.over_sites for each in record.location.coefficients if each.over_sites is not None]
 
 
 def where(quality: FitQualityRecord, notation: Notation = PLAIN) -> str:
@@ -212,6 +234,10 @@ def verdict_line(record: DiagnosisRecord) -> str:
 def _verdict(record: DiagnosisRecord) -> str:
     if record.verdict == "located" and record.location is not None:
         return f"Verdict: located – an unknown {in_short(record.location)}"
+    if record.verdict == MISREAD:
+        return f"Verdict: misread – {record.reading.split(':')[0]}"
+    if record.verdict == UNKNOWN and record.location is not None and record.location.is_spread:
+        return f"Verdict: unknown – {over_the_shaft(record.location)}"
     return f"Verdict: {record.verdict}" + (f" – {applied(record)}" if record.is_explained else "")
 
 

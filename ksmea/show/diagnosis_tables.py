@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pandas as pd
 
 from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord
-from ksmea.show.text import number, of_chances, value_and_ends, with_ends
+from ksmea.show import location_text
+from ksmea.show.text import in_columns, number, of_chances, value_and_ends, with_ends
+
+FEW = 3  # sizes of an effect in a line
 
 
-def ranking_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
+def ranking_table(trials: Sequence[TrialRecord], *, with_intervals: bool = True) -> pd.DataFrame:
     """A row per effect at a location, with the sizes of its unknowns."""
-    head = ["effect", "location", "ΔBIC", "p", "size"]
-    return pd.DataFrame([[*_evidence(each), ", ".join(map(sized, each.parameters))] for each in trials], columns=head)
+    head, shown = ["effect", "location", "ΔBIC", "p", "size"], sized if with_intervals else _about
+    return pd.DataFrame([[*_evidence(each), _sizes(each.parameters, shown)] for each in trials], columns=head)
 
 
 def trials_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
@@ -64,6 +67,12 @@ def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
     return pd.DataFrame(columns | {"unit": [_unit(row.before, row.after) for row in record.coefficients]})
 
 
+def _of_rejected(record: DiagnosisRecord) -> pd.DataFrame:
+    """Every unknown of the model as given, without its interval."""
+    own = [row.before for row in record.coefficients if row.before is not None]
+    return pd.DataFrame([[each.name, number(each.value), each.unit] for each in own], columns=["unknown", "value", "unit"])
+
+
 def averaged_values(record: DiagnosisRecord) -> dict[str, EstimateRecord]:
     """Unknowns averaged over all explanations, by name; empty where there is one."""
     return {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
@@ -72,6 +81,17 @@ def averaged_values(record: DiagnosisRecord) -> dict[str, EstimateRecord]:
 def sized(part: EstimateRecord) -> str:
     """For example 'mass 1.20 [1.10, 1.30] kg'."""
     return f"{part.name} {_cell(part)} {part.unit}"
+
+
+def _about(part: EstimateRecord) -> str:
+    """For example 'mass 1.2 kg'."""
+    return f"{part.name} {number(part.value, 3)} {part.unit}"
+
+
+def _sizes(parts: Sequence[EstimateRecord], shown: Callable[[EstimateRecord], str]) -> str:
+    """The first FEW sizes of an effect, and how many follow."""
+    more = [f"and {len(parts) - FEW} more"] if len(parts) > FEW else []
+    return ", ".join([*map(shown, parts[:FEW]), *more])
 
 
 def _evidence(trial: TrialRecord) -> list[str]:
@@ -91,3 +111,24 @@ def _in_columns(estimated: EstimateRecord) -> tuple[str, str]:
 
 def _unit(*estimated: EstimateRecord | None) -> str:
     return next((each.unit for each in estimated if each is not None), "")
+
+
+def is_rejected(record: DiagnosisRecord) -> bool:
+    """Whether neither the model as given nor one with effects is believed."""
+    return record.verdict in ("unknown", "located")
+
+
+def values_beside(record: DiagnosisRecord) -> list[str]:
+    """Unknowns beside something unknown, which hold whatever its cause: of a cause that is located, or ambiguous."""
+    if record.location is None or record.verdict not in ("located", "ambiguous") or not record.location.is_local:
+        return []
+    return [f"Values whatever the cause is:\n{table}" for table in location_text.coefficients(record.location)]
+
+
+def values_of_rejected(record: DiagnosisRecord) -> str:
+    """Unknowns of the model as given where it is rejected and nothing explains the data: without intervals, which a wrong model
+    does not have."""
+    if record.verdict != "unknown" or (record.location is not None and record.location.force is not None):
+        return ""  # values beside what is unknown stand with the location
+    table = in_columns(_of_rejected(record))
+    return f"Values of the model as given, which is rejected; no interval holds for them:\n{table}" if table else ""

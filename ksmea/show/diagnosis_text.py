@@ -20,8 +20,15 @@ from ksmea.show.charts.picture import drawn
 from ksmea.show.charts.ranking_chart import ranking_chart
 from ksmea.show.charts.response_charts import bode_chart
 from ksmea.show.charts.responses import of_diagnosis
-from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
-from ksmea.show.location_words import in_short
+from ksmea.show.diagnosis_tables import (
+    averaged_values,
+    is_rejected,
+    ranking_table,
+    unknowns_table,
+    values_beside,
+    values_of_rejected,
+)
+from ksmea.show.location_words import in_short, over_the_shaft
 from ksmea.show.text import (
     aligned,
     data_words,
@@ -76,7 +83,9 @@ def evidence(record: DiagnosisRecord) -> str:
         _unknowns(record),
         inputs_text.text(record.inputs),
         _cause(record),
+        *values_beside(record),
         _predictive_gain(record),
+        values_of_rejected(record),
         _location(record),
         _detectable(record),
         "\n".join(stability_text(record.stability)),
@@ -225,6 +234,8 @@ def believed_noise(record: DiagnosisRecord) -> NoiseLevelRecord:
 def _cause(record: DiagnosisRecord) -> str:
     names = applied(record)
     lines = [verdict_line(record), *_locations(record)]
+    if record.verdict == "misread":
+        return "\n\n".join([verdict_line(record), in_columns(unknowns_table(record))])
     if record.verdict == "located":
         lines = [verdict_line(record), *_not_in_library(record, names)]
     if record.verdict == "ambiguous":
@@ -289,18 +300,17 @@ def _location(record: DiagnosisRecord) -> str:
     if found is None:
         return ""
     if not record.is_explained:
-        return "Without the library:\n" + "\n\n".join([*location_text.findings(found), *why_without(record)])
+        values = [] if record.verdict == "located" else location_text.coefficients(found)
+        return "Without the library:\n" + "\n\n".join([*location_text.findings_without_values(found), *values])
     if found.kind == NOTHING:
         said = "nothing is missing in the model"
-    elif found.is_local:
+    elif found.sites and not found.is_anywhere:
         said = f"an unknown {in_short(found)} explains the data too"
     else:
-        said = (
-            "something unknown at most places explains the data too"
-            if found.sites
-            else "nothing at one place explains the data"
-        )
-    return "\n".join([f"Without the library: {said}.", *location_text.coefficients(found), *why_without(record)])
+        spread = f"something unknown explains the data too, {over_the_shaft(found)}"
+        said = spread if found.sites else "nothing at one place explains the data"
+    values = [] if values_beside(record) else location_text.coefficients(found)
+    return "\n".join([f"Without the library: {said}.", *values, *why_without(record)])
 
 
 def why_without(record: DiagnosisRecord) -> list[str]:
@@ -327,10 +337,10 @@ def _listed(record: DiagnosisRecord) -> list[TrialRecord]:
 
 
 def _ranking(record: DiagnosisRecord) -> str:
-    """The highest-ranked effects with their evidence."""
+    """The highest-ranked effects with their evidence; intervals of their sizes only if a model is believed."""
     if not record.ranking:
         return ""
-    table = in_columns(ranking_table(_listed(record)))
+    table = in_columns(ranking_table(_listed(record), with_intervals=not is_rejected(record)))
     if record.verdict != "adequate":
         return table
     return f"The model explains the data. The effects that come nearest to being needed:\n{table}"
@@ -338,9 +348,9 @@ def _ranking(record: DiagnosisRecord) -> str:
 
 def _predictive_gain(record: DiagnosisRecord) -> str:
     gain = record.predictive_gain
-    if gain is None:
+    if gain is None or not record.is_explained:
         return ""
-    meaning = [_not_confirmed(record)] if record.is_explained and not gain.is_supported else []
+    meaning = [] if gain.is_supported else [_not_confirmed(record)]
     return "\n".join([*gain_lines(gain), *meaning, "", *_weights(record), in_columns(unknowns_table(record))])
 
 

@@ -78,7 +78,7 @@ def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
     if "not identifiable" in classes:
         yield f"not identifiable: {', '.join(classes['not identifiable'])}"
     pairs = alike_text(record.correlation, record.names)
-    yield f"hard to tell apart (correlation beyond ± {ALIKE}): {pairs}"
+    yield f"strongly correlated parameters (|r| > {ALIKE}): {pairs}"
     yield _worst_text(record)
     yield from _numbers_text(record)
     yield from stability_text(record.stability)

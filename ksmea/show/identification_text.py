@@ -143,7 +143,7 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
     yield from _noise_text(record)
     yield from repeat_lines(record.repeats)
     yield from hausman_lines(record.both_ways)
-    yield f"hard to tell apart (correlation beyond ± {ALIKE}): {_alike_text(record)}"
+    yield f"strongly correlated parameters (|r| > {ALIKE}): {_alike_text(record)}"
     yield from stability_text(record.stability)
     if record.lack_of_fit is not None:
         yield fit_verdict(record.lack_of_fit)
@@ -198,7 +198,7 @@ def _noise_text(record: IdentificationRecord) -> Iterator[str]:
         said = "; ".join(f"{name} {noise_parts(*_telling_parts(record, *level))}" for name, *level in noise.by_run)
         yield f"noise {'estimated' if noise.estimated else 'as stated'} run by run: {said}"
     elif noise.estimated:
-        yield f"noise estimated: {noise_parts(*_telling_parts(record, noise.relative, noise.floor))}"
+        yield f"noise, estimated: {noise_parts(*_telling_parts(record, noise.relative, noise.floor))}"
     elif noise.relative == 0:
         yield f"noise as stated datum by datum: {two_digits(noise.floor / MICROMETRE)} µm (rms)"
     else:

@@ -3,8 +3,8 @@
 The fields of the record stay as they are, so that `from_data` reads it back, and neighbours are added to them:
 `floor` (m) has `floor_unit` ("m") and `floor_um`; a value in SI with `unit` and `si_per_unit` is in `in_unit` too. The top of a
 file states which of the two holds for its unknowns. Units stand in the types of fields (`ksmea.units.Quantity`); a field of a type
-without one has no unit, has a field `unit` beside it, or has it in its name (`seconds`, `reduction_pct`). Where null alone would not
-say why there is nothing, a property `…_status` of the record does. `IN_UNIT` of a record names what is in SI beside `unit` and
+without one has no unit, has a field `unit` next to it, or has it in its name (`seconds`, `reduction_pct`). Where null alone would not
+say why there is nothing, a property `…_status` of the record does. `IN_UNIT` of a record names what is in SI next to `unit` and
 `si_per_unit`.
 """
 
@@ -73,7 +73,7 @@ def units_of(record: type) -> Mapping[str, Rule]:
 
 
 def _rule(hint: Any) -> Rule | None:
-    """What the first annotated part of a type is in."""
+    """Unit of the first annotated part of a type."""
     if get_origin(hint) is Annotated:
         own: Rule = hint.__metadata__[0]
         return own

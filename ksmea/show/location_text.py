@@ -24,7 +24,7 @@ from ksmea.records.location import (
 )
 from ksmea.show.charts.location_chart import location_chart
 from ksmea.show.charts.picture import drawn
-from ksmea.show.location_words import landmarks, law_words, place, spread
+from ksmea.show.location_words import landmarks, law_words, over_the_shaft, place, spread
 from ksmea.show.text import aligned, gain_lines, in_columns, noise_level, number, of_chances, value_and_ends
 from ksmea.units import MICROMETRE, RPM
 
@@ -53,9 +53,13 @@ def text(record: LocationRecord) -> str:
 def findings(record: LocationRecord) -> list[str]:
     """Paragraphs on where something acts, what it does, which law it follows, what that is worth, and the unknowns beside
     it."""
+    return [*findings_without_values(record), *coefficients(record)]
+
+
+def findings_without_values(record: LocationRecord) -> list[str]:
+    """The same without the unknowns."""
     gain = "" if record.predictive_gain is None else "\n".join(gain_lines(record.predictive_gain))
-    blocks = [where(record), _what_it_does(record), _laws(record), gain, *coefficients(record)]
-    return [block for block in blocks if block]
+    return [block for block in (where(record), _what_it_does(record), _laws(record), gain) if block]
 
 
 def about_extension(record: LocationRecord) -> list[str]:
@@ -119,9 +123,9 @@ def where(record: LocationRecord) -> str:
     if len(quantities) > 1:
         lines.append("These data do not tell which of them it is.")
     if record.is_spread:
-        law = "; if it is at one, the law below tells which" if record.law is not None else ""
         lines.append(
-            f"So many places do that a cause which is spread along the shaft is as likely as one at a place{law}."
+            f"Its cause is {over_the_shaft(record)}: damping or stiffness of the whole shaft is as likely as something at one"
+            " place."
         )
     return "\n".join([*lines, "", _table(record, record.sites)])
 
@@ -267,15 +271,23 @@ def why_without(others: str, trusted: str = OVER_SITES) -> str:
 
 
 def coefficients(record: LocationRecord) -> list[str]:
-    """The table of unknowns without and beside what is unknown; empty where nothing is."""
+    """The table of unknowns beside what is unknown and without it; empty where nothing is. Intervals are shown only if it is located:
+    what is spread over the shaft no force at one place stands for."""
     if record.force is None:
         return []
+    level = f"{100 * record.interval_level:g} %"
+    if record.is_spread:
+        head, parts = ["unknown", "unit", "beside it", "without"], slice(0, 1)
+    else:
+        head, parts = ["unknown", "unit", "beside it", level, f"{level} over all sites", "without"], slice(None)
     lines = [
-        [each.name, each.plain.unit, number(each.plain.value), *_interval(each.best), *_interval(each.over_sites)[1:]]
+        [
+            *(each.name, each.plain.unit),
+            *[*_interval(each.best), *_interval(each.over_sites)[1:]][parts],
+            number(each.plain.value),
+        ]
         for each in record.coefficients
     ]
-    level = f"{100 * record.interval_level:g} %"
-    head = ["unknown", "unit", "without", "beside it", level, f"{level} over all sites"]
     return [aligned(head, lines)]
 
 

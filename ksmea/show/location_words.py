@@ -21,7 +21,7 @@ def headline(record: LocationRecord) -> str:
     if record.kind == NONE:
         return "Nothing that was tried explains the data"
     if record.is_spread:
-        return "Something unknown at most places explains the data: its cause may as well be spread along the shaft"
+        return f"Something unknown explains the data, {over_the_shaft(record)}"
     ended = "," if record.law is not None else ""  # of its clause
     return f"An unknown {in_short(record)}{ended} explains the data"
 
@@ -34,6 +34,11 @@ def in_short(record: LocationRecord) -> str:
         return f"{law.kind} at {' or '.join(place(record, each) for each in places)}, which acts as {law.law}"
     quantities = dict.fromkeys(site.kind for site in record.sites)
     return " or ".join(f"{quantity} {spread(record, quantity)}" for quantity in quantities)
+
+
+def over_the_shaft(record: LocationRecord) -> str:
+    """Where something acts that so many places explain that it is at none of them."""
+    return f"spread over the shaft ({100 * record.share_of_places:.0f} % of all places explain the data)"
 
 
 def place(record: LocationRecord, *positions: float) -> str:
@@ -62,10 +67,8 @@ def spread(record: LocationRecord, quantity: str) -> str:
         shown = "; ".join(place(record, *each) for each in accepted[:MAX_PAIRS])
         more = "; …" if len(accepted) > MAX_PAIRS else ""
         return f"at {shown}{more} ({len(accepted)} of the {len(tried)} pairs that leave least)"
-    neighbours = np.gradient(np.array([position for (position,) in tried])) if len(tried) > 1 else np.ones(1)
-    share = sum(width for position, width in zip(tried, neighbours) if position in accepted) / sum(neighbours)
     places = ", ".join(place(record, *each) for each in accepted)
-    return f"at {places} ({100 * share:.0f} % of what was tried)"
+    return f"at {places} ({100 * record.share(quantity):.0f} % of what was tried)"
 
 
 def law_words(law: LawRecord) -> str:
@@ -147,6 +150,11 @@ _WORDS: Mapping[str, Callable[[LawRecord], str]] = MappingProxyType(
         ),
         "spring_and_damper": lambda law: f"it acts like a spring and a damper, {_sizes(law)}",
         "spring_damper_and_mass": lambda law: f"it acts like a spring, a damper and a mass, {_sizes(law)}",
+        "cross_coupled_spring_and_damper": lambda law: (
+            f"it acts like a spring and a damper that push across the motion too, {_sizes(law)}"
+        ),
+        "seal": lambda law: f"it acts like a seal, a spring and a damper that turn with part of the speed, {_sizes(law)}",
+        "spring_mass": lambda law: f"it acts like a mass on a spring (absorber, flexible disk or blades), {_sizes(law)}",
         "rotating_asymmetry": _asymmetry,
         "cubic_spring": _signed(
             "opposes the motion with the cube of its amplitude, a spring that hardens",

@@ -1,4 +1,4 @@
-"""What a rotor's drawings show, as tables of numbers (the files behind the figures), as tables of texts, and in sentences."""
+"""Rotordynamics as tables of numbers (the files behind the figures), as tables of texts, and in sentences."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def bearing_table(found: Rotordynamics) -> pd.DataFrame:
 
 
 def sentences(found: Rotordynamics) -> list[str]:
-    """What the drawings say, in short."""
+    """Summary of the drawings in sentences."""
     layout, at = found.layout, found.shapes.motions.speed / RPM
     said = [
         f"{layout.length:g} m long, {layout.mass:.4g} kg; {_count(layout.disks, 'disk')}, {_count(layout.bearings, 'bearing')}."

@@ -201,7 +201,7 @@ def two_digits(value: float) -> str:
     return f"{value:.2g}" if abs(value) < LEAST_WHOLE else f"{value:.0f}"
 
 
-ALIKE = 0.95  # |correlation| above which two unknowns are hard to tell apart
+ALIKE = 0.95  # |correlation| above which two unknowns are strongly correlated
 MAX_PAIRS = 6  # of them that are named
 
 
@@ -254,23 +254,23 @@ def hidden_text(hidden: Sequence[HiddenEffect | str], study: str) -> str:
 
 
 def fit_verdict(test: LackOfFit) -> str:
-    """Whether the model explains the data within their noise."""
+    """Whether the residuals of the model are consistent with noise."""
     if test.rejected:
         return f"{fit_rejection(test)}; +experiment=diagnose looks for the cause"
-    return f"the model explains the data within their noise {_fit_evidence(test)}"
+    return f"fit: the residuals are consistent with noise {_fit_evidence(test)}"
 
 
 def fit_rejection(test: LackOfFit) -> str:
-    """That it does not, with the evidence."""
-    return f"the model does not explain the data within their noise {_fit_evidence(test)}"
+    """Sentence on a rejected fit, with the evidence."""
+    return f"the model does not fit: its residuals are not noise {_fit_evidence(test)}"
 
 
 def fit_warning(test: LackOfFit | None, made_of_it: str) -> Iterator[str]:
-    """What a rejected fit means for `made_of_it`; nothing where the fit is good or was not tested."""
+    """Warning that `made_of_it` rests on a rejected fit; empty if the fit is accepted or was not tested."""
     if test is not None and test.rejected:
         yield (
-            f"warning: {fit_rejection(test)}, so that {made_of_it} below hold for a wrong model at wrong values and may"
-            " mislead; run +experiment=diagnose first"
+            f"warning: {fit_rejection(test)}, so {made_of_it} below are those of a wrong model and may mislead; run"
+            " +experiment=diagnose first"
         )
 
 
@@ -314,18 +314,18 @@ def repeat_lines(record: RepeatsRecord | None) -> Iterator[str]:
 
 
 def stability_text(record: StabilityRecord | None) -> Iterator[str]:
-    """From which speed on free motions grow, with its interval; nothing where the problem cannot tell."""
+    """Stability threshold with its interval; empty if the problem has no growth rate."""
     if record is None:
         return
-    level, above = f"{100 * record.level:g} %", f"{record.searched / RPM:.0f} rpm, the highest searched"
+    level, above = f"{100 * record.level:g} %", f"{record.searched / RPM:.0f} rpm, the highest speed checked"
     if record.threshold is None:
-        perhaps = "" if record.low is None else f", but perhaps not from {_speed(record.low)} on ({level})"
-        yield f"stable up to {above}{perhaps}"
+        perhaps = "" if record.low is None else f", but perhaps from {_speed(record.low)} on ({level})"
+        yield f"stability: no instability up to {above}{perhaps}"
         return
     ends = f"{_speed(record.low)} to {'above ' + above if record.high is None else _speed(record.high)}"
-    yield f"unstable from {_speed(record.threshold)} on, {level} interval {ends}"
+    yield f"stability: unstable from {_speed(record.threshold)} on, {level} interval {ends}"
     if record.is_violated:
-        yield "warning: no steady response exists above that speed, so that a machine that runs there is another one"
+        yield "warning: no steady-state response exists above that speed; a machine that runs there differs from this model"
 
 
 def _speed(speed: float | None) -> str:

@@ -1,4 +1,4 @@
-"""The study `balance`: a campaign of runs with known and unknown weights → a record; no model of the rotor is asked for."""
+"""The study `balance`: a campaign of runs with known and unknown weights → a record; no model of the rotor is requested."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ EstimatesByOthers = dict[int, tuple[Fit, WeightEstimate]]  # of runs by their in
 
 @dataclass(frozen=True)
 class BalanceOptions(Settings):
-    """What the model of the responses has, and what is told."""
+    """Terms of the model of the responses, and options of the report."""
 
     drift: str = setting(AUTO, "a drift of the responses over time_s; auto: where BIC has it", choices=CHOICES)
     slope: str = setting(

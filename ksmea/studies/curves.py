@@ -99,7 +99,7 @@ def fine_layout(case: Case, x: Array) -> Layout:
 
 
 def _layout(measurement: Measurement, speeds: list[Array]) -> Layout:
-    """The same measurement at other speeds of each run."""
+    """Layout of the measurement at other speeds of each run."""
     campaign = measurement.campaign and measurement.campaign.with_counts([len(each) for each in speeds])
     return dataclasses.replace(measurement.layout, speed=np.concatenate(speeds), campaign=campaign)
 

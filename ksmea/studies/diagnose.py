@@ -12,7 +12,8 @@ from ksmea.diagnosis.diagnosis import Criteria, Diagnosis, diagnose
 from ksmea.diagnosis.further_measurement import Split
 from ksmea.diagnosis.observability import Detectable
 from ksmea.diagnosis.trials import Trial
-from ksmea.fits.fitting import Fit
+from ksmea.fits.fitting import Fit, fit_baseline
+from ksmea.fits.joint_fit import joint_baseline
 from ksmea.fits.lack_of_fit import FitQuality, whirl_parts
 from ksmea.fits.search import Effort, Search
 from ksmea.inference.intervals import Estimate, estimate
@@ -41,17 +42,21 @@ from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
 from ksmea.studies.diagnosis_remarks import (
+    disagreements,
     effect_record,
     estimated_record,
+    reading_of,
+    slips_of,
     stated_effects,
     stated_noise_remarks,
     sweep_remarks,
 )
+from ksmea.studies.slow_roll import gain_remarks, slow_roll_remarks
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.inputs import input_records
-from ksmea.studies.locate import LocationOptions, location
-from ksmea.studies.misreadings import misreadings, slips
+from ksmea.studies.locate import Located, LocationOptions, location
+from ksmea.studies.misreadings import Misread
 from ksmea.studies.remarks import campaign_remarks, refuse_differences
 from ksmea.studies.stability import stability_of
 
@@ -155,21 +160,31 @@ def diagnosis(
     """
     refuse_differences(case.measurement, "diagnose")
     options = options or DiagnosisOptions()
-    found = diagnose(case, effects, Search(rng, options.effort, workers), options.criteria)
+    search = Search(rng, options.effort, workers)
+    baseline = joint_baseline(fit_baseline(case, search))
+    reading = reading_of(baseline.best, case, search.rng, options.criteria) if report.details else None
+    if reading is not None and (record := _read_otherwise(reading, case.problem, search, options, report)) is not None:
+        return record
+    is_locatable = options.locate and not missing_to_locate(case.problem, case.measurement.kind)
+    locate = Located(rng, options.location, workers) if is_locatable else None
+    found = diagnose(case, effects, search, options.criteria, baseline, locate)
     stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
     problem = case.problem
     remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated)
     record = diagnosis_record(found, fine=report.fine)
     case = found.baseline.case  # with the noise that it goes by
-    if options.locate and record.verdict in WRONG and not missing_to_locate(case.problem, case.measurement.kind):
-        with_laws = record.verdict == "unknown"
+    if locate is not None and record.verdict in WRONG:
+        sites = locate(case)
+        with_laws = record.verdict == "unknown" and not sites.is_anywhere
         where = location(
-            case, rng, options=options.location, baseline=found.baseline, with_laws=with_laws, workers=workers
+            case, rng, options=options.location, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites
         )
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
     if report.details and (record.verdict != "located" or _reads_wrong(record)):  # explained data are not misread
-        remarks = (*remarks, *_slips(found, problem))
+        remarks = (*remarks, *slips_of(found, problem, reading))
+    if report.details:
+        remarks = (*remarks, *gain_remarks(found), *slow_roll_remarks(found))
     return dataclasses.replace(
         record,
         left_out={**report.left_out, **record.left_out},
@@ -177,6 +192,23 @@ def diagnosis(
         repeats=repeats_of(case.measurement),
         is_split_sought=options.split,
         both_ways=both_ways(case, found.baseline.x) if report.details else None,
+    )
+
+
+def _read_otherwise(
+    found: Misread, problem: Problem, search: Search, options: DiagnosisOptions, report: Report
+) -> DiagnosisRecord | None:
+    """The diagnosis of data that were misread, which ends the search: read otherwise the model as given leaves noise, and no effect
+    could gain more. None if it leaves more: something else is wrong, too."""
+    reading, _ = found.best
+    case = Case.of(problem, reading.measurement)
+    read = diagnose(case, {}, search, options.criteria)
+    if read.baseline_quality.p < options.criteria.half:
+        return None
+    record = diagnosis_record(read, fine=report.fine)
+    remarks = (*problem.remarks_at(case.measurement.speed), *report.remarks)
+    return dataclasses.replace(
+        record, verdict="misread", reading=str(found), left_out=dict(report.left_out), remarks=remarks
     )
 
 
@@ -188,35 +220,9 @@ def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisR
     return dataclasses.replace(found, verdict="located", stability=None)  # that was of a model which is wrong
 
 
-def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
-    """A remark for each effect that is named and acts at a place, where something unknown is found at others alone."""
-    if not found.named or not where.is_local:
-        return ()
-    said = []
-    for candidate in found.applied:
-        places = candidate.effect.places(found.baseline.problem.machine)
-        if places and not any(where.accepts(place) for place in places):
-            at = ", ".join(f"{site.kind} at {site.position:g} m" for site in where.sites)
-            said.append(
-                f"{candidate.name} is named, which acts at {', '.join(f'{place:g} m' for place in places)}, but without the"
-                f" library something unknown is found elsewhere: {at}; doubt the name, or a second cause is hidden"
-            )
-    return tuple(said)
-
-
 def _reads_wrong(record: DiagnosisRecord) -> bool:
     """Whether the reading of a plane is unknown, which may be one that was given wrongly."""
     return record.location is not None and record.location.kind == READING
-
-
-def _slips(found: Diagnosis, problem: Problem) -> tuple[str, ...]:
-    """Remarks on data that look misread, which they do not where an effect explains them."""
-    fit, quality = found.baseline, found.baseline_quality
-    if found.named and found.best is not None and found.best_quality is not None:
-        fit, quality = found.best, found.best_quality
-    case, rejected = found.baseline.case.by(problem), quality.p < found.level / 2
-    x = fit.x[[fit.problem.parameters.names.index(name) for name in problem.parameters.names]]
-    return misreadings(case, x, fit.noise, rejected=rejected) or slips(case, x)
 
 
 def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord:

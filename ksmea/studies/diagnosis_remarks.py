@@ -1,4 +1,5 @@
-"""Remarks and statements of a diagnosis: on noise stated too small or too large, on the rate of a sweep, and on each effect.
+"""Remarks and statements of a diagnosis: on noise stated too small or too large, on the rate of a sweep, on names that a location
+contradicts, on data that look misread, and on each effect.
 
 A rate that a diagnosis finds is compared with the one that times or rows give, which the fit has not used. A statement says where an
 effect acts and how much of it there is, at its fitted sizes (`ksmea.records.statement`).
@@ -13,17 +14,21 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.diagnosis.diagnosis import Diagnosis
+from ksmea.diagnosis.diagnosis import Criteria, Diagnosis
 from ksmea.diagnosis.trials import Candidate
 from ksmea.fits.fitting import Fit
-from ksmea.fits.lack_of_fit import is_stated_too_large
+from ksmea.fits.lack_of_fit import fit_quality, is_size_alone, is_stated_too_large
 from ksmea.inference.intervals import Estimate
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
+from ksmea.problem.case import Case
+from ksmea.problem.problem import Problem
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord
+from ksmea.records.location import LocationRecord
 from ksmea.records.statement import StatementRecord, of_unknowns
 from ksmea.studies.enough_data import estimate_record
+from ksmea.studies.misreadings import Misread, misread, slips
 from ksmea.units import RPM
 
 
@@ -73,6 +78,46 @@ def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, 
     verdict = "they agree" if agree else "they disagree, as where the model lacks something besides the sweep"
     fitted = f"{rate / RPM:.3g} [{interval.low / RPM:.3g}, {interval.high / RPM:.3g}]"
     return (*said, f"{given} {history.rate / RPM:.3g} rpm/s, the fit {fitted} rpm/s: {verdict}")
+
+
+def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
+    """A remark for each effect that is named and acts at a place, where something unknown is found at others alone."""
+    if not found.named or not where.is_local:
+        return ()
+    said = []
+    for candidate in found.applied:
+        places = candidate.effect.places(found.baseline.problem.machine)
+        if places and not any(where.accepts(place) for place in places):
+            at = ", ".join(f"{site.kind} at {site.position:g} m" for site in where.sites)
+            said.append(
+                f"{candidate.name} is named, which acts at {', '.join(f'{place:g} m' for place in places)}, but without the"
+                f" library something unknown is found elsewhere: {at}; doubt the name, or a second cause is hidden"
+            )
+    return tuple(said)
+
+
+def reading_of(fit: Fit, case: Case, rng: np.random.Generator, criteria: Criteria) -> Misread | None:
+    """The readings of the data that fit decisively better than the baseline model's fit does as the data were read."""
+    quality = fit_quality(fit, rng.spawn(1)[0])
+    rejected = quality.p < criteria.half and not is_size_alone(quality, criteria.half)
+    return misread(case, own_values(fit, case.problem), fit.noise, rejected=rejected)
+
+
+def slips_of(found: Diagnosis, problem: Problem, reading: Misread | None) -> tuple[str, ...]:
+    """Remarks on data that look misread, which they do not where an effect explains them."""
+    fit, quality = found.baseline, found.baseline_quality
+    if found.named and found.best is not None and found.best_quality is not None:
+        fit, quality = found.best, found.best_quality
+    case, rejected = found.baseline.case.by(problem), quality.p < found.level / 2
+    x = own_values(fit, problem)
+    if reading is not None and rejected:
+        return (str(reading),)
+    return slips(case, x)
+
+
+def own_values(fit: Fit, problem: Problem) -> Array:
+    """Values (d,) SI of a problem's own unknowns in a fit that may have further ones."""
+    return fit.x[[fit.problem.parameters.names.index(name) for name in problem.parameters.names]]
 
 
 def stated_effects(applied: Sequence[Candidate], fit: Fit, estimated: Estimate) -> Iterator[EffectRecord]:

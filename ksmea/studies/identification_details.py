@@ -63,7 +63,7 @@ def detailed_identification(
 
 
 def location_options(unmodelled: str, level: float) -> LocationOptions | None:
-    """Sites and kinds of the unmodelled force beside which the unknowns are estimated: FORCE at a position (m), all kinds at all
+    """Sites and kinds of the unmodelled force next to which the unknowns are estimated: FORCE at a position (m), all kinds at all
     sites for `AUTO`, None for an empty text. `level` is the confidence of intervals."""
     if not unmodelled:
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -18,7 +18,7 @@ from ksmea.fits.fitting import Fit, fit_from_values
 from ksmea.location.force_law import LawFit, fitted_laws, located_fit, smooth_fits
 from ksmea.location.location import Location, locate
 from ksmea.location.recovered_force import RecoveredForce, recovered_force, site_intervals
-from ksmea.location.unknown_force import LATERAL, QUANTITIES, READING, SiteFit, inputs_held
+from ksmea.location.unknown_force import QUANTITIES, READING, SiteFit, inputs_held
 from ksmea.nonlinear.smooth_law import SmoothForce
 from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.plugins import registry
@@ -28,6 +28,7 @@ from ksmea.problem.load import FORCE, LOADS, MOMENT
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord, ExtensionRecord, PredictiveGainRecord
 from ksmea.records.location import (
+    LATERAL,
     NONE,
     NOTHING,
     CoefficientsRecord,
@@ -82,22 +83,28 @@ def location(
     baseline: Fit | None = None,
     with_laws: bool = True,
     workers: Workers = ALONE,
+    found: Location | None = None,
 ) -> LocationRecord:
     """Sites at which an unknown force, moment or reading explains a measurement.
 
     `baseline` is the fit of the model without any of these, if it is known already: the model with a law that holds is compared
-    with it. With `with_laws`, laws that the force may follow are sought. Workers share the sites.
+    with it. With `with_laws`, laws that the force may follow are sought. Workers share the sites. `found` is the
+    location if it has been sought before (`located`).
 
     Raises `SettingError` if there are too few data to decide.
     """
     refuse_differences(case.measurement, "locate")
-    case = case.by(case.problem.joint)
-    whole, case = case, case.at_1x()
-    if case is not whole:
-        baseline = None  # it is a fit to other data
     options = options or LocationOptions()
-    found = locate(
-        case,
+    if case.at_1x() is not case:
+        baseline = None  # it is a fit to other data
+    found = found or located(case, rng, options, workers)
+    return location_record(found, rng, options, baseline, with_laws, workers)
+
+
+def located(case: Case, rng: np.random.Generator, options: LocationOptions, workers: Workers = ALONE) -> Location:
+    """The sites, each fitted and tested."""
+    return locate(
+        case.by(case.problem.joint).at_1x(),
         rng,
         positions=options.positions,
         quantities=options.kinds,
@@ -105,7 +112,22 @@ def location(
         n_start=options.starts,
         workers=workers,
     )
-    return location_record(found, rng, options, baseline, with_laws, workers)
+
+
+@dataclass(frozen=True, eq=False)
+class Located:
+    """Locations by measurement, each sought when it is first requested."""
+
+    rng: np.random.Generator
+    options: LocationOptions
+    workers: Workers = ALONE
+    found: dict[int, tuple[Case, Location]] = field(default_factory=dict)  # by its measurement
+
+    def __call__(self, case: Case) -> Location:
+        key = id(case.measurement)
+        if key not in self.found:
+            self.found[key] = case, located(case, self.rng, self.options, self.workers)
+        return self.found[key][1]
 
 
 def location_record(

@@ -25,7 +25,7 @@ from ksmea.inference.maximisation import MAX_ITERATIONS, maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point
 from ksmea.likelihood.likelihood import Likelihood
-from ksmea.measurement.channel import ANGLES, DIRECTIONS, direction_at
+from ksmea.measurement.channel import ANGLES, DIRECTIONS, direction_at, named
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.screening import sobol
@@ -45,19 +45,40 @@ SCREENING, STARTS, START_DISTANCE, FIRST_ITERATIONS, ITERATIONS, SURVIVORS = 102
 TOLERANCE = 1e-2  # of a deviance
 
 
+@dataclass(frozen=True)
+class Misread:
+    """Readings that fit about as well as the best one, each with its fit, and the data fitted as they were read."""
+
+    found: tuple[tuple[Reading, Fit], ...]
+    as_read: Fit
+
+    @property
+    def best(self) -> tuple[Reading, Fit]:
+        return min(self.found, key=lambda each: each[1].deviance)
+
+    def __str__(self) -> str:
+        return _text(self.found, self.as_read)
+
+
 def misreadings(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> tuple[str, ...]:
-    """A remark on the readings that fit best; empty unless the fit is bad. `x` (d,) SI and `noise` belong to the fit. It is bad if
+    """A remark on the readings that fit best; empty if none does (`misread`)."""
+    found = misread(case, x, noise, rejected=rejected)
+    return () if found is None else (str(found),)
+
+
+def misread(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> Misread | None:
+    """The readings that fit decisively better; None unless the fit is bad. `x` (d,) SI and `noise` belong to the fit. It is bad if
     the lack-of-fit test `rejected` it or the noise, if estimated, is implausibly large.
 
-    Also empty if the many fits may take long: for a problem without a sensitivity, or with unknowns that are costly to change.
+    None also if the many fits may take long: for a problem without a sensitivity, or with unknowns that are costly to change.
     """
     if noise is None or noise.is_absent or not case.problem.has_sensitivity or len(case.problem.costly):
-        return ()
+        return None
     case = case.at_1x()
     problem = case.problem
     too_noisy = case.measurement.noise is None and _share(noise, problem.response(x[None])[0]) > PLAUSIBLE
     if not (rejected or too_noisy):
-        return ()
+        return None
     data = dataclasses.replace(case.measurement, noise=None)
     likelihood = likelihood_of(case.of_measurement(data))
     start = likelihood.start(np.clip(problem.parameters.to_cube(x), 0.0, 1.0))
@@ -67,8 +88,8 @@ def misreadings(case: Case, x: Array, noise: Noise | None, *, rejected: bool) ->
         as_read = _converged(again)
     for ways in (readings(data), double_readings(data)):
         if found := _better(problem, ways, as_read):
-            return (_text(found, as_read),)
-    return ()
+            return Misread(tuple(found), as_read)
+    return None
 
 
 def _better(problem: Problem, ways: Iterable[Reading], as_read: Fit) -> list[tuple[Reading, Fit]]:
@@ -155,6 +176,19 @@ SPEEDS = {
 }
 
 
+NEAR_FACTOR = 0.03  # by which a fitted gain may differ from the factor of another unit
+
+
+def unit_of_gain(gain: float) -> str:
+    """How amplitudes were given whose gain is that of another unit; empty if it is of none.
+
+    >>> unit_of_gain(25.5)
+    'amplitudes were converted from mil though they were in µm'
+    """
+    known = [given for given, factor in AMPLITUDES.items() if abs(gain * factor - 1) < NEAR_FACTOR]
+    return known[0] if known else ""
+
+
 @dataclass(frozen=True)
 class Reading:
     """Data read in another way: how they were given, in one respect or two, what mends each, and the data read so."""
@@ -177,26 +211,32 @@ def readings(measurement: Measurement) -> Iterator[Reading]:
         ("exchange x and y (direction)",),
         dataclasses.replace(measurement, channels=across),
     )
-    yield from _swapped(measurement)
+    yield from _of_planes(measurement)
     yield from _in_other_units(measurement)
 
 
-def _swapped(measurement: Measurement) -> Iterator[Reading]:
-    """The two probes of one plane exchanged, if there are other planes."""
+def _of_planes(measurement: Measurement) -> Iterator[Reading]:
+    """The two probes of one plane exchanged or reversed, if there are other planes: swapped cables, a plane that was named from the
+    other side, one signal inverted as well."""
     channels = measurement.channels
     planes = dict.fromkeys(channel.position for channel in channels)
     for plane in planes if len(planes) > 1 else ():
         there = [index for index, channel in enumerate(channels) if channel.position == plane and channel.is_1x]
         if len(there) != 2 or channels[there[0]].is_parallel_to(channels[there[1]]):
             continue
-        order = np.arange(len(channels))
-        order[there] = there[::-1]
-        names = " and ".join(channels[index].direction for index in there)
-        yield Reading(
-            (f"{names} are swapped at {plane:g} m alone",),
-            ("exchange these two columns, or the cables of these probes",),
-            dataclasses.replace(measurement, values=measurement.values[:, order]),
-        )
+        first, second = (named(channels[index].direction) for index in there)
+        both = f"{first} and {second}"
+        swap = "exchange these two columns, or the cables of these probes"
+        ways = [((1, 1), f"{both} are swapped at {plane:g} m alone", swap)]
+        if not measurement.is_amplitude:
+            ways += [
+                ((-1, 1), f"{both} are swapped at {plane:g} m alone, and {first} is turned by 180°", f"{swap}, and add 180° to {first}"),
+                ((1, -1), f"{both} are swapped at {plane:g} m alone, and {second} is turned by 180°", f"{swap}, and add 180° to {second}"),
+            ]  # fmt: skip
+        for signs, given, cure in ways:
+            values = measurement.values.copy()
+            values[:, there] = values[:, there[::-1]] * signs
+            yield Reading((given,), (cure,), dataclasses.replace(measurement, values=values))
 
 
 def double_readings(measurement: Measurement) -> Iterator[Reading]:
@@ -216,15 +256,17 @@ def _lag(measurement: Measurement) -> Reading:
 
 
 def _reversed(measurement: Measurement) -> Iterator[Reading]:
-    """Probes that measure in the opposite direction: each one, or all of x or of y. Where nobody knows where phases begin,
-    the others reversed are the same."""
+    """Probes that measure in the opposite direction: each one, both of a plane, or all of x or of y. Where nobody knows where phases
+    begin, the others reversed are the same."""
     channels = measurement.channels
     everyone = frozenset(range(len(channels)))
     single = [frozenset({index}) for index in everyone] if len(everyone) <= MAX_CHANNELS else []
     directions = sorted({channel.direction for channel in channels}, key=lambda name: (name not in DIRECTIONS, name))
     by_direction = [frozenset(i for i in everyone if channels[i].direction == name) for name in directions]
+    planes = dict.fromkeys(channel.position for channel in channels)
+    by_plane = [frozenset(i for i in everyone if channels[i].position == plane) for plane in planes]
     done = {frozenset[int](), everyone} if not measurement.phase_known else {frozenset[int]()}
-    for group in chain(single, by_direction):
+    for group in chain(single, by_plane, by_direction):
         if group in done:
             continue
         same = [group] if measurement.phase_known else [group, everyone - group]
@@ -272,13 +314,13 @@ def slips(case: Case, x: Array) -> tuple[str, ...]:
     modes, or is too large to compute them in passing."""
     speed = case.measurement.speed
     lowest, highest = float(np.min(speed)), float(np.max(speed))
-    criticals = _first_criticals(case.problem, x, highest)
+    criticals = first_criticals(case.problem, x, highest)
     if criticals is None or np.any((criticals >= (1 - NEAR_BAND) * lowest) & (criticals <= (1 + NEAR_BAND) * highest)):
         return ()
     return (_no_critical_text(criticals, lowest, highest), *_unit_texts(criticals, lowest, highest))
 
 
-def _first_criticals(problem: Problem, x: Array, highest: float) -> Array | None:
+def first_criticals(problem: Problem, x: Array, highest: float) -> Array | None:
     """Critical speeds up to the first reach that has one, rad/s; None where the problem cannot tell."""
     if not 0 < len(problem.sites) <= MAX_SITES:
         return None

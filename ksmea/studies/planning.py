@@ -1,7 +1,7 @@
 """Planning of measurements: which speeds, probes or trial unbalance to add, or which numbers of the drawing to measure,
 so that the unknowns become known best.
 
-The plan holds near the values that it is made for. Beside each choice stands what as many data give without a plan.
+The plan holds near the values that it is made for. Next to each choice stands what as many data give without a plan.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ EXACT = 1e4  # times as well known as stated: of what a number adds to a varianc
 
 @dataclass(frozen=True)
 class PlanningOptions(Settings):
-    """What may be added, and what it is to make known."""
+    """Candidates to add, and the unknowns to determine with them."""
 
     target: str | None = setting(
         None,

@@ -45,7 +45,7 @@ NOMINAL = 10 * MEGANEWTON_PER_METRE  # in the middle of the map of a rotor whose
 
 @dataclass(frozen=True)
 class RotordynamicsOptions(Settings):
-    """What is drawn of a rotor."""
+    """Options of the drawings of a rotor."""
 
     highest_rpm: float | None = setting(
         None,

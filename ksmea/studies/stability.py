@@ -1,4 +1,4 @@
-"""The stability threshold of what a study found, with an interval beside it.
+"""The stability threshold of what a study found, with an interval next to it.
 
 The interval is that of the growth rate by the delta method: the covariance of the estimates is the inverse of the Fisher
 information, to which the limits of the search add what a value drawn evenly between them has; steps of one standard
@@ -58,7 +58,7 @@ def _information(problem: Problem, x: Array, noise: Noise, kind: str, noise_know
 
 
 def _standard_deviation(problem: Problem, x: Array, speed: Array, information: Array) -> Array:
-    """Of the growth rate at each speed, (n_speed,) 1/s."""
+    """Standard deviation of the growth rate at each speed, (n_speed,) 1/s."""
     parameters = problem.parameters
     in_cube = information * np.outer(parameters.width, parameters.width)
     precision, directions = np.linalg.eigh(in_cube + RANGE_INFORMATION * np.eye(len(x)))

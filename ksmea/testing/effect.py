@@ -95,7 +95,7 @@ def zero_is_the_baseline(case: EffectCase) -> None:
 
 
 def draws_within_its_limits(case: EffectCase) -> None:
-    """What is drawn for hidden data is within its limits, by the generator handed over, and not 0."""
+    """Sizes drawn for hidden data are within its limits, from the given generator, and not 0."""
     for site, seen in zip(case.sites, case.seen):
         own = seen.problem.parameters.items[len(case.x) :]
         draws = np.array([case.drawn(site, seed) for seed in range(N_DRAW)])
@@ -110,7 +110,7 @@ def draws_within_its_limits(case: EffectCase) -> None:
 
 
 def what_is_drawn_matters(case: EffectCase) -> None:
-    """What is drawn changes the response, and the baseline model stays as it was."""
+    """The drawn size changes the response, and the baseline model stays as it was."""
     expected = case.on.build().response(case.x[None])
     for seen in case.seen:
         change = seen.difference(seen.response, expected)

@@ -16,7 +16,7 @@ from ksmea.settings.settings import Settings
 
 
 class ExamFailed(AssertionError):
-    """What a plugin does not keep: expected, got, and what to do."""
+    """Failed properties of a plugin: expected, got, and what to do."""
 
 
 def require(holds: object, expected: str, got: object, do: str) -> None:

@@ -59,7 +59,7 @@ def _streams(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
 
 
 def measures_what_it_says(case: MeasurementCase) -> None:
-    """Kind, speeds, channels and phases are those that `kind` and `layout` tell before."""
+    """Kind, speeds, channels and phases are as `kind` and `layout` state beforehand."""
     found, layout = case.measurement, case.plugin.layout(case.of)
     require(
         case.plugin.kind in OBSERVABLES,
@@ -94,7 +94,7 @@ def speeds_and_values_are_si(case: MeasurementCase) -> None:
 
 
 def problem_can_be_seen_so(case: MeasurementCase) -> None:
-    """A problem can be seen as the measurement is."""
+    """A problem can be evaluated at its speeds and channels."""
     require_aligned(aligned(case.of.build(), case.measurement), case.measurement)
 
 
@@ -132,7 +132,7 @@ def true_values_are_of_its_unknowns(case: MeasurementCase) -> None:
 
 
 def bad_input_is_refused(case: MeasurementCase) -> None:
-    """What cannot be read is refused in one line."""
+    """Input that cannot be read is rejected in one line."""
     fields = {each.name for each in dataclasses.fields(case.plugin)}
     for settings in (*([NO_FILE] if "path" in fields else []), *case.bad):
         try:

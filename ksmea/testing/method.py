@@ -52,7 +52,7 @@ class MethodCase(Drawn):
         return self.identified()
 
     def identified(self, seed: int = 1, plugin: Method | None = None) -> tuple[Identification, CountedProblem]:
-        """What it finds, and the problem, which has counted what it was asked."""
+        """Result of the method, and the problem with its counts."""
         problem = CountedProblem(ROTOR.build())
         streams = Streams(*(np.random.default_rng([seed, part]) for part in range(3)))
         return (plugin or self.plugin).identify(problem, self.measurement, streams), problem
@@ -104,7 +104,7 @@ def records_what_it_used(case: MethodCase) -> None:
 
 
 def keeps_its_budget(case: MethodCase) -> None:
-    """With a `budget` it asks the problem for no more."""
+    """With a `budget` it evaluates the problem no more often."""
     limited: Any = {"budget": case.budget}  # a setting of this plugin, not of all
     _, problem = case.identified(plugin=dataclasses.replace(case.plugin, **limited))
     require(

@@ -101,7 +101,7 @@ class Watched(Objective):
 
 
 def asks_within_bounds(case: OptimizerCase) -> None:
-    """Points are asked for within the unit cube alone, also where the minimum is outside."""
+    """Points lie within the unit cube only, also if the minimum is outside."""
     beyond = np.where(np.arange(case.dim) % 2, -0.5, 1.5)
     asked = np.concatenate(case.watched(lambda u: u - beyond).asked)
     worst = float(np.max(np.abs(asked - 0.5))) - 0.5
@@ -114,7 +114,7 @@ def asks_within_bounds(case: OptimizerCase) -> None:
 
 
 def returns_the_objectives_result(case: OptimizerCase) -> None:
-    """What it returns is the best of all points, as the objective has it."""
+    """The result is the best of all points, as the objective has it."""
     objective = case.watched(case.sphere, case.evaluations)
     returned, best = objective.returned, objective.result()
     if returned is None and objective.was_refused:
@@ -168,7 +168,7 @@ def survives_no_value_anywhere(case: OptimizerCase) -> None:
 
 
 def survives_infinite_residuals(case: OptimizerCase) -> None:
-    """Infinite residuals beside others are worked off without an error."""
+    """Infinite residuals next to others are worked off without an error."""
     case.watched(lambda u: np.where(u[:, :1] > LAST_WITH_VALUE, np.inf, case.sphere(u)))
 
 

@@ -69,14 +69,14 @@ def responds_at_its_limits(case: BuiltCase) -> None:
 
 
 def builds_the_same_again(case: BuiltCase) -> None:
-    """What is built again responds alike."""
+    """A problem built again responds alike."""
     seen = case.seen[0]
     again = case.plugin.build().response(seen.x)
     require(np.array_equal(again, seen.response), "the same response", "another", "draw and keep nothing in build")
 
 
 def published_machine_is_stable(case: BuiltCase) -> None:
-    """At the published values no free motion grows at any speed."""
+    """At the published values the rotor is stable at every speed."""
     problem = case.seen[0].problem
     for x in case.reference:
         require(

@@ -1,4 +1,4 @@
-"""The same seed gives the same numbers: again, in another process, and whatever generators the process shares hold."""
+"""Reproducibility: a seed gives equal numbers again, in another process, and whatever the state of shared generators."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Drawn(Case):
 
 
 def same_seed_same_result(case: Drawn) -> None:
-    """The same seed gives the same result, whatever has run before in the process."""
+    """A seed gives one result, whatever has run before in the process."""
     first = case.outcome(1)
     case.outcome(2)
     _require_same(first, case.outcome(1), "in a second run", f"keep nothing from run to run, and {DRAW}")

@@ -1,4 +1,4 @@
-"""What every problem keeps, also one with an effect: units, shapes, batches, sensitivity, other speeds, stability."""
+"""Properties of every problem, also with an effect: units, shapes, batches, sensitivity, other speeds, stability."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def phase_origin_zero_is_known(case: ProblemCase) -> None:
 
 
 def growth_rates_are_in_shape(case: ProblemCase) -> None:
-    """Growth rates are one finite number for each spin speed asked for."""
+    """Growth rates are one finite number for each spin speed requested."""
     for seen in case.seen:
         speed = seen.problem.speed[:3]
         found = np.asarray(seen.problem.growth_rate(_fixed(seen.x[0]), speed))
@@ -213,7 +213,7 @@ def growth_rates_are_in_shape(case: ProblemCase) -> None:
 
 
 def properties_of_problems(case: ProblemCase) -> Sequence[Callable[[ProblemCase], None]]:
-    """Those that apply to what its problem can do."""
+    """Properties that apply to the abilities of a problem."""
     problem = case.seen[0].problem
     optional = (
         (problem.has_sensitivity, sensitivity_is_right),

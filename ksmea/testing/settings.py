@@ -1,4 +1,4 @@
-"""What every plugin keeps, whatever its kind: settings that can be read, checked, sent to workers and kept in a plan."""
+"""Properties of every plugin: settings that can be read, checked, sent to workers and kept in a plan."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ def tells_its_error_in_shape(case: SurrogateCase) -> None:
 
 
 def follows_its_samples(case: SurrogateCase) -> None:
-    """At the samples it is as near as stated: at them if it interpolates, beside them if it smooths."""
+    """At the samples it is as near as stated: at them if it interpolates, next to them if it smooths."""
     error = case.error(case.fitted.predict(case.points), case.outputs)
     require(
         error <= case.at_samples,
@@ -158,7 +158,7 @@ def units_of_outputs_do_not_matter(case: SurrogateCase) -> None:
 
 
 def few_samples_are_enough(case: SurrogateCase) -> None:
-    """The fewest samples that it asks for can be fitted."""
+    """The smallest number of samples that it states can be fitted."""
     n = case.plugin.least_samples(DIM)
     require(isinstance(n, int) and n >= 1, "a whole number of samples, at least 1", repr(n), "count its terms")
     u = latin_hypercube(n, DIM, np.random.default_rng(4))
@@ -190,7 +190,7 @@ def grows_by_a_sample(case: SurrogateCase) -> None:
 
 
 def is_never_fitted(case: SurrogateCase) -> None:
-    """What stands for the true model refuses a fit, which no method may ask for."""
+    """A surrogate that is the true model rejects a fit."""
     try:
         case.fitted.predict(case.new)
     except TypeError:

@@ -27,7 +27,7 @@ class Opened:
         return self._content
 
     def once(self, thing: str, key: Hashable, make: Callable[[], Made]) -> Made:
-        """What `make` makes of the content; with the same key as the last time, that."""
+        """Result of `make` for the content; with the key of the last call, its result."""
         kept = self._made.get(thing)
         if kept is not None and kept[0] == key:
             made: Made = kept[1]

@@ -1,4 +1,4 @@
-"""What a file leaves open: the one question at which its reading stops, and all that can be seen without the answers.
+"""Open questions of a file: the one that stops its reading, and all that can be seen without answers.
 
 The rest of a file can be read with any answer, to see what else is open: `Question.meanwhile` is such an answer. Nothing that was
 read with it is kept.

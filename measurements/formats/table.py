@@ -2,7 +2,7 @@
 
 Wide, a row per speed: `speed`, and of each probe NAME `amplitude.NAME` with `phase.NAME`, or `real.NAME` with `imag.NAME`, or the
 complex `response.NAME` of a .mat file; `sigma.NAME`, and `speed.NAME` and `time.NAME` where probes have their own. NAME may end
-in .2X for a harmonic. Long, a row per speed and probe: the same roles without a name, beside `channel`, the name, or `position` (m)
+in .2X for a harmonic. Long, a row per speed and probe: the same roles without a name, next to `channel`, the name, or `position` (m)
 and `direction`, and `harmonic`. `status` (or status.NAME) leaves out rows that are not valid, OK or 1.
 
 A table with the columns of the project's own file, such as one that went through a spreadsheet, needs no roles.

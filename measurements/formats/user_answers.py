@@ -23,7 +23,7 @@ WAVEFORM_ALONE = ("revolutions", "sampling", "keyphasor_edge", "constant_speed",
 
 @dataclass(frozen=True)
 class Answers(Settings):
-    """A file and what is said of it beside its content."""
+    """A file and what is said of it next to its content."""
 
     path: str = setting("", "the file; docs/examples/run_up.csv shows the columns and units of the project's own")
     format: str = setting(

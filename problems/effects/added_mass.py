@@ -17,7 +17,7 @@ from typing import ClassVar
 
 from ksmea.nonlinear.laws import LAWS
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import SeatedEffect, rotor_mass
+from problems.rotor.extension.effect import SeatedEffect, distinct, places_of, rotor_mass
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
@@ -40,6 +40,8 @@ class AddedMass(SeatedEffect):
         "mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
         "disk_mass": "a disk has moments of inertia too; modes that tilt it, or weigh the disk",
         "disk_position": "both change what the disk does to each mode; measure its distance from a bearing, or weigh it",
+        "spring_mass": "both lower natural frequencies; a speed near its own frequency, where the shaft stands still",
+        "bearing_mass": "at one bearing both are alike; look at each bearing",
     }
 
     what, default_place = "mass", "the first disk or end"
@@ -54,7 +56,7 @@ class AddedMass(SeatedEffect):
 
 def mounting_places(rotor: Rotor) -> list[float]:
     """Disks, then the ends of the shaft, then the middle of each long span, m."""
-    disks, ends = [disk.position for disk in rotor.disks], [0.0, rotor.length]
-    stations = sorted({*disks, *ends, *(bearing.position for bearing in rotor.bearings)})
+    disks, ends = places_of(rotor.disks, rotor), [0.0, rotor.length]
+    stations = sorted(distinct([*disks, *ends, *(bearing.position for bearing in rotor.bearings)], rotor))
     spans = [(left + right) / 2 for left, right in pairwise(stations) if right - left > LONG_SPAN * rotor.length]
-    return list(dict.fromkeys([*disks, *ends, *spans]))
+    return distinct([*disks, *ends, *spans], rotor)

@@ -26,7 +26,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.nonlinear.laws import CROSS, LinearLaw
 from ksmea.settings.settings import setting
 from ksmea.units import KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
-from problems.rotor.extension.effect import SeatedEffect, rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import SeatedEffect, places_of, rotor_mass, stiffness_scale
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
@@ -48,7 +48,7 @@ class AnnularSeal(SeatedEffect):
     """A seal around the shaft holds, damps and drags it."""
 
     position: float | None = setting(
-        None, "where it sits; null: at the first disk that is at no bearing", unit="m", at_least=0
+        None, "where it sits; null: at the first seal of the rotor, or disk that is at no bearing", unit="m", at_least=0
     )
     swirl_ratio: float = setting(
         0.5, "λ, mean speed of the liquid around the shaft over that of the shaft's surface", at_least=0, at_most=1
@@ -67,8 +67,13 @@ class AnnularSeal(SeatedEffect):
         Size("seal_damping", "kN s/m", (0.0, MOST_DAMPING), drawn=NOTICED_DAMPING, of=_damping_scale),
     )
 
+    def is_offered(self, problem: RotorProblem) -> bool:
+        """Of machines as drawn where the drawing has a seal, which may be another than that."""
+        return bool(problem.rotor.seals) or not problem.is_as_drawn
+
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        """Each disk that is at no bearing: impellers and pistons have seals; without any, half way between the outer bearings."""
+        """Each seal that the rotor states; else each disk that is at no bearing, as impellers and pistons have seals; without any, half way
+        between the outer bearings."""
         return _gaps(problem.rotor)
 
     def site_law(self) -> SiteLaw:
@@ -83,10 +88,12 @@ class AnnularSeal(SeatedEffect):
 
 def _gaps(rotor: Rotor) -> list[float]:
     """Where a seal may sit, m."""
+    if stated := places_of(rotor.seals, rotor):
+        return stated
     bearings = [bearing.position for bearing in rotor.bearings]
 
     def is_free(position: float) -> bool:
         return all(abs(bearing - position) > SAME_PLACE * rotor.length for bearing in bearings)
 
-    disks = [position for position in dict.fromkeys(disk.position for disk in rotor.disks) if is_free(position)]
+    disks = [position for position in places_of(rotor.disks, rotor) if is_free(position)]
     return disks or [(min(bearings) + max(bearings)) / 2]

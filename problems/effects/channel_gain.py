@@ -1,7 +1,7 @@
 """Gain of one channel or of one plane other than assumed: y_j (1 + g), real and the same at all speeds.
 
 A probe's scale factor depends on the shaft's material and the cable's length; API 670 lets an eddy-current probe err by
-5 %. A gain that all channels have in common cannot be told apart from the size of the unbalance, and one of all x channels
+5 %. A factor of 2 or 25.4 is a unit: peak to peak for 0-peak, mil for µm. A gain that all channels have in common cannot be told apart from the size of the unbalance, and one of all x channels
 looks like anisotropic bearings: only calibration separates these. One oscillator or one shaft material at a plane scales all of its channels.
 """
 
@@ -22,7 +22,7 @@ from problems.rotor.extension.effect import PlacedEffect, is_at, named, where
 from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
-LARGEST = 0.3
+LIMITS = (-0.98, 30.0)  # of g: from 1/50, so that mil for µm (1/25.4, 25.4) and peak to peak for 0-peak (2) lie within
 NOTICED = (0.08, 0.25)  # of either sign, are drawn
 
 
@@ -42,7 +42,7 @@ class ChannelGain(PlacedEffect):
     stage: ClassVar[int] = 2
 
     what = "channel"
-    sizes = (Size("channel_gain", "%", LARGEST, drawn=NOTICED),)
+    sizes = (Size("channel_gain", "%", LIMITS, drawn=NOTICED),)
 
     def check(self) -> None:
         if self.direction is not None:

@@ -18,7 +18,7 @@ from typing import ClassVar
 
 from ksmea.nonlinear.laws import LAWS
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import SeatedEffect, stiffness_scale
+from problems.rotor.extension.effect import SeatedEffect, places_of, stiffness_scale
 from problems.rotor.extension.nonlinear_effect import UP, NonlinearEffect, eccentricity
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
@@ -52,6 +52,7 @@ class ClearanceRub(NonlinearEffect, SeatedEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "cubic_stiffness": "both lean peaks; a run with more unbalance",
         "speed_dependent_damping": "both lower a peak; a run with more unbalance",
+        "bilinear_stiffness": "both lean peaks; friction and the place tell them apart: probes at the bearings",
     }
 
     what, default_place, needs = "rub", "at a disk", "where the shaft rubs"
@@ -64,7 +65,7 @@ class ClearanceRub(NonlinearEffect, SeatedEffect):
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         if self.position is not None:
             return [self.position]
-        return list(dict.fromkeys(disk.position for disk in problem.rotor.disks))
+        return places_of(problem.rotor.disks, problem.rotor)
 
     def site_law(self) -> SiteLaw:
         return SiteLaw(self.place, LAW, orders=self.orders, goes_up=self.direction == UP)

@@ -39,7 +39,7 @@ from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Measurement
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.extension.effect import PlacedEffect, forward_vector
+from problems.rotor.extension.effect import PlacedEffect, forward_vector, places_of
 from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.extension.turning import HIGHEST, OF_CONJUGATE, weight_of
 from problems.rotor.finite_elements.assembly import element_dof
@@ -92,7 +92,7 @@ class Crack(PlacedEffect):
 
     def locations(self, problem: RotorProblem) -> Sequence[Crack]:
         """About each disk, or in the middle of a shaft without any."""
-        places: list[float | None] = [*sorted({disk.position for disk in problem.rotor.disks})] or [None]
+        places: list[float | None] = [*sorted(places_of(problem.rotor.disks, problem.rotor))] or [None]
         return [dataclasses.replace(self, position=place).placed_on(problem) for place in places]
 
     def placed_on(self, problem: RotorProblem) -> Crack:

@@ -15,12 +15,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 from ksmea.errors import SettingError
-from ksmea.nonlinear.laws import LAWS
+from ksmea.nonlinear.laws import LAWS, Law
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import require_on_shaft, stiffness_scale
+from problems.rotor.extension.effect import places_of, require_on_shaft, stiffness_scale
 from problems.rotor.extension.nonlinear_effect import UP, NonlinearEffect, eccentricity
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
@@ -28,7 +28,6 @@ from problems.rotor.response.problem import RotorProblem
 
 DOUBLED = 10.0  # times the eccentricity of the largest unbalance: at such a motion the limit doubles the stiffness
 NOTICED = (0.003, 0.3)  # of the limits, of either sign, are drawn
-LAW = LAWS["cubic_spring"]
 
 
 def _largest(problem: RotorProblem) -> float:
@@ -36,36 +35,27 @@ def _largest(problem: RotorProblem) -> float:
 
 
 @dataclass(frozen=True)
-class CubicStiffness(NonlinearEffect):
-    """The bearings stiffen or soften with the size of the motion."""
+class BearingSprings(NonlinearEffect):
+    """Base of springs beside all bearings, or one, whose force is not linear in the motion, by a `law`."""
 
+    law: ClassVar[Law]
     is_scanned: ClassVar[bool] = False  # from 0 on fits lead to it
 
     positions: list[float] = setting([], "where these springs are, alike; none: at all bearings", unit="m", at_least=0)
 
-    words = "nonlinear bearing stiffness"
-    says = "Nonlinear bearing stiffness of {cubic_stiffness:(hardening)|(softening)}, {place}"
-    check_next = "Clearance and preload of the bearings; repeat the run with less and with more unbalance."
-    aliases: ClassVar[Mapping[str, str]] = {
-        "speed_dependent_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
-        "clearance_rub": "both lean peaks; a run with more unbalance",
-    }
-
-    sizes = (Size("cubic_stiffness", "MN/mm³", 1.0, drawn=NOTICED, of=_largest, makes_jumps=True),)
-
     def __str__(self) -> str:
         return f"at {self.positions[0]:g} m" if len(self.positions) == 1 else "all bearings"
 
-    def locations(self, problem: RotorProblem) -> Sequence[CubicStiffness]:
+    def locations(self, problem: RotorProblem) -> Sequence[Self]:
         if self.positions:
             return [self]
         each = [dataclasses.replace(self, positions=[position]) for position in _bearings(problem)]
         return [self.placed_on(problem), *(each if len(each) > 1 else [])]
 
-    def placed_on(self, problem: RotorProblem) -> CubicStiffness:
+    def placed_on(self, problem: RotorProblem) -> Self:
         placed = self if self.positions else dataclasses.replace(self, positions=_bearings(problem))
         for position in placed.positions:
-            require_on_shaft(problem, position, "cubic stiffness")
+            require_on_shaft(problem, position, "spring beside a bearing")
         return placed
 
     def places(self, problem: RotorProblem) -> Sequence[float]:
@@ -75,8 +65,26 @@ class CubicStiffness(NonlinearEffect):
         if not self.positions:
             raise SettingError("positions: expected those of the bearings, got none; add the effect to a problem")
         first, *others = self.positions
-        return SiteLaw(first, LAW, further=tuple(others), orders=self.orders, goes_up=self.direction == UP)
+        return SiteLaw(first, self.law, further=tuple(others), orders=self.orders, goes_up=self.direction == UP)
+
+
+@dataclass(frozen=True)
+class CubicStiffness(BearingSprings):
+    """The bearings stiffen or soften with the size of the motion."""
+
+    law: ClassVar[Law] = LAWS["cubic_spring"]
+
+    words = "nonlinear bearing stiffness"
+    says = "Nonlinear bearing stiffness of {cubic_stiffness:(hardening)|(softening)}, {place}"
+    check_next = "Clearance and preload of the bearings; repeat the run with less and with more unbalance."
+    aliases: ClassVar[Mapping[str, str]] = {
+        "speed_dependent_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
+        "clearance_rub": "both lean peaks; a run with more unbalance",
+        "bilinear_stiffness": "both lean peaks; a run with far more unbalance, which shows the amplitude where it begins",
+    }
+
+    sizes = (Size("cubic_stiffness", "MN/mm³", 1.0, drawn=NOTICED, of=_largest, makes_jumps=True),)
 
 
 def _bearings(problem: RotorProblem) -> list[float]:
-    return list(dict.fromkeys(bearing.position for bearing in problem.rotor.bearings))
+    return places_of(problem.rotor.bearings, problem.rotor)

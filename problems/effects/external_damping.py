@@ -41,6 +41,7 @@ class ExternalDamping(RotorEffect):
     check_next = "Liquid or gas around the rotor: flooding, windage, seals."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both change peak heights; several critical speeds, of which some hardly move the bearings",
+        "standing_damping": "both damp the whole shaft, the one low modes most, the other high ones; several critical speeds",
     }
 
     sizes = (Size("external_damping", "N s/m²", (0.0, LARGEST), drawn=NOTICED, of=_per_damping_ratio),)

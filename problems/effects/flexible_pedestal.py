@@ -46,6 +46,7 @@ class FlexiblePedestal(RotorEffect):
         "speed_dependent_stiffness": "a pedestal's mass softens it with speed too; a sensor on the casing",
         "foundation_resonance": "a block moves all bearings alike; sensors on the casings of two bearings, or on the foundation",
         "short_journal_bearing": "both are soft and in series with the bearings; a sensor on the casing, warm and cold oil",
+        "bearing_mass": "a pedestal softens with frequency too; a sensor on the casing",
     }
 
     sizes = (

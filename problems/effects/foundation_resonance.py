@@ -47,6 +47,7 @@ class FoundationResonance(RotorEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "flexible_pedestal": "a block moves all bearings alike; sensors on the casings of two bearings, or on the foundation",
         "speed_dependent_stiffness": "a block's mass softens it with speed too; a sensor on the foundation, another axis",
+        "spring_mass": "both add a resonance; a sensor on the foundation, a tap test of the part at rest",
     }
     couples_bearings: ClassVar[bool] = True
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import SeatedEffect
+from problems.rotor.extension.effect import SeatedEffect, places_of
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import SAME_PLACE, Hub, Rotor
 from problems.rotor.finite_elements.mesh import diameter_at
@@ -55,7 +55,7 @@ class HubStiffening(SeatedEffect):
     sizes = (Size("hub_stiffening", "%", (0.0, LARGEST), drawn=NOTICED),)
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        return list(dict.fromkeys(disk.position for disk in problem.rotor.disks))
+        return places_of(problem.rotor.disks, problem.rotor)
 
     def placed_on(self, problem: RotorProblem) -> Self:
         placed = super().placed_on(problem)

@@ -8,7 +8,7 @@ with every law.
 Limits are those of dimensions: with k the largest stiffness, m the rotor's mass and u the largest unbalance, the scale of
 forces is u k/m, that of the unbalance at the speed √(k/m), of lengths u/m and of times √(m/k). Of either sign, springs go up
 to k, dampers to √(k m), masses to m and unbalances to u; what grows less with speed to ten times its scale, since bands may
-lie far above √(k/m). Moments are forces on an arm as long as the shaft. Amplitudes begin at zero. The angle of a vector, or
+lie far above √(k/m). Moments are forces on an arm as long as the shaft. Amplitudes begin at zero, and so do the parts of a spring-mass. The angle of a vector, or
 of an asymmetry, is that of the data, wherever their phase begins, as that of a further unbalance.
 """
 
@@ -52,12 +52,13 @@ LARGEST = {
     "MN/mm³": (0.01, 1, -3, 0, 0),
     "µm": (100, 0, 1, 0, 0),
     "": (1, 0, 0, 0, 0),
+    "Hz": (3, 0, 0, -1, 0),
+    "%": (0.5, 0, 0, 0, 0),
     "N m": (10, 1, 0, 0, 1),
     "N m s/rad": (10, 1, 0, 1, 1),
     "kg m²": (1, 1, 0, 2, 1),
 }
-FROM_ZERO = ("µm",)  # amplitudes, which have no sign
-TYPED = {"/Ω²": "_per_speed2", "/Ω": "_per_speed", "Δk": "asymmetry", "k₃": "k3", "δ": "clearance", "μ": "friction"}
+TYPED = {"/Ω²": "_per_speed2", "/Ω": "_per_speed", "Δk": "asymmetry", "k₃": "k3", "δ": "clearance", "μ": "friction", "ζ": "damping_ratio"}
 
 
 @dataclass(frozen=True)
@@ -110,8 +111,8 @@ class LocalForce(RotorEffect):
 
         jumps = isinstance(self._law, NonlinearLaw) and self._law.bends
         return tuple(
-            Parameter(_name(name), unit, size, 0.0 if unit in FROM_ZERO else -largest(unit), largest(unit), jumps)
-            for name, unit, size in self._law.coefficients
+            Parameter(_name(name), unit, size, max(least, -largest(unit)), largest(unit), jumps)
+            for (name, unit, size), least in zip(self._law.coefficients, self._law.least.tolist(), strict=True)
         )
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:

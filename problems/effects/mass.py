@@ -40,6 +40,7 @@ class Mass(RotorEffect):
         "youngs_modulus": "both move all modes; weigh the rotor, or tap it hanging free",
         "speed_dependent_stiffness": "both move the peaks; several critical speeds, or weigh the rotor",
         "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
+        "bearing_mass": "both lower natural frequencies; several critical speeds",
     }
 
     def locations(self, problem: RotorProblem) -> Sequence[Mass]:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.measurement import Measurement

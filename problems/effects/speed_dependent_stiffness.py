@@ -62,6 +62,7 @@ class SpeedDependentStiffness(SlopeOverSpeed):
         "flexible_pedestal": "a pedestal's mass softens it with speed too; a sensor on the casing",
         "foundation_resonance": "a block's mass softens it with speed too; a sensor on the foundation, another axis",
         "run_up_acceleration": "both move a peak; a second run-up at another rate, a coast-down",
+        "bearing_mass": "both change the bearings' stiffness with speed; a wider band, an impact test at standstill",
     }
 
     sizes = (Size("stiffness_slope", "%", (LOWEST, HIGHEST), drawn=NOTICED),)

@@ -16,6 +16,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import (
     SeatedEffect,
+    places_of,
     unbalance_scale,
 )
 from problems.rotor.extension.sizes import VectorSize
@@ -67,4 +68,4 @@ def free_disks(rotor: Rotor) -> list[float]:
     def is_free(position: float) -> bool:
         return all(abs(plane.position - position) > SAME_PLACE * rotor.length for plane in rotor.unbalance)
 
-    return list(dict.fromkeys(disk.position for disk in rotor.disks if is_free(disk.position)))
+    return places_of((disk for disk in rotor.disks if is_free(disk.position)), rotor)

@@ -30,7 +30,6 @@ REPETITIONS = {  # of others than tables
     "coverage": 2000,
     "efficiency": 100,
     "rational": 100,
-    "identifiability": 1,
     "audit": 1,
     "plan": 1,
     "identify": 1,
@@ -44,13 +43,14 @@ REPETITIONS = {  # of others than tables
     "diagnosis_power": 2,
     "diagnosis_pairs": 2,
     "tolerances": 300,
-}
+} | dict.fromkeys(["identifiability", "diagnosis_effects_drawn", "diagnosis_nulls_drawn"], 1)
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 RUN_UP = EXAMPLES / "run_up.csv"
 NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={RUN_UP}"],
     "contest": ["problem.instance=0"],  # others are alike
     "diagnosis_power": ["measurement.hidden=[mass]"],  # so are other effects: 1000 cells take ten seconds
+    "diagnosis_nulls_drawn": ["problem.family=overhung", "problem.instance=0"],
     "balance": ["measurement=campaign", f"measurement.path={EXAMPLES / 'balancing.yaml'}"],
     "diagnose": ["measurement.relative=0.1"],
     "locate": ["measurement.relative=0.1", "measurement.kind=complex", "problem.sensors=[0.1,0.5]"],

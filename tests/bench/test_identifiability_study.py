@@ -269,7 +269,7 @@ def test_sentences_of_a_record():
         "you will know (95 %): a to ± 0.2 MN/m (± 2 %)",
         "you will know only roughly: b to ± 4 MN/m (± 40 %)",
         "not identifiable: c to ± 12 MN/m (± 120 %), d (± more than 1000 %)",
-        "hard to tell apart (correlation beyond ± 0.95): a and b (+0.960), b and c (-0.990)",
+        "strongly correlated parameters (|r| > 0.95): a and b (+0.960), b and c (-0.990)",
         "least constrained: a joint relative change of +0.80 d +0.60 b, known to ± 50 %",
     ]
 

@@ -118,8 +118,8 @@ def test_what_is_printed_can_be_read(example):
     )
     assert any(line.startswith("  kxx = 50.0") and " MN/m, 95 % interval [49.9" in line for line in lines)
     assert any(line.startswith(("  phase_origin = 39.8", "  phase_origin = 39.9")) for line in lines)
-    assert "noise estimated: 5.2 % + 0.018 µm" in lines
-    assert "hard to tell apart (correlation beyond ± 0.95): none" in lines
+    assert "noise, estimated: 5.2 % + 0.018 µm" in lines
+    assert "strongly correlated parameters (|r| > 0.95): none" in lines
     assert {"identify.csv", "identify.png", "runs.csv"} <= {path.name for path in example.output.iterdir()}
 
 
@@ -294,9 +294,9 @@ def beside_truth(parameter, true, identified):
 
 def test_the_verdict_is_read_from_the_record():
     line = fit_verdict(LackOfFit(0.0004, "Ljung–Box", rejected=True))
-    assert line.startswith("the model does not explain the data") and "diagnose" in line and "p = 0.0004" in line
+    assert line.startswith("the model does not fit") and "diagnose" in line and "p = 0.0004" in line
     accepted = LackOfFit(0.0004, "Ljung–Box", rejected=False)
-    assert fit_verdict(accepted).startswith("the model explains the data within their noise")
+    assert fit_verdict(accepted).startswith("fit: the residuals are consistent with noise")
     assert text(record_of(lack_of_fit=accepted)).splitlines()[-1] == fit_verdict(accepted)
     assert "the model" not in text(record_of())
 

@@ -78,7 +78,7 @@ def test_a_plan_of_a_fit_that_is_rejected_says_so(rotor, bad, few_fits):
     told = found.record.to_data()["lack_of_fit"]
     assert told["rejected"] and told["p"] < 0.01 and told["statistic"]
     first = str(found).splitlines()[0]
-    assert first.startswith("warning: the model does not explain the data within their noise")
+    assert first.startswith("warning: the model does not fit: its residuals are not noise")
     assert "for a wrong model" in first and "+experiment=diagnose" in first
     assert type(found.record).from_data(found.record.to_data()) == found.record
 
@@ -96,7 +96,7 @@ def test_the_command_ends_with_the_diagnosis_to_run(study, bad, enter, tmp_path,
     words = [*data, *own, *(SHORT[1:] if study == "plan" else SHORT[2:])]
     ended = enter(f"+experiment={study}", *words, output=f"results/{study}_run")
     assert ended.code == 0, ended.err
-    assert "warning: the model does not explain the data" in ended.out
+    assert "warning: the model does not fit" in ended.out
     diagnosis = command_line(["+experiment=diagnose", *data])
     assert diagnosis in ended.out
     page = (ended.output / "index.html").read_text()

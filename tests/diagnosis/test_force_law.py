@@ -57,10 +57,22 @@ HIDDEN = {  # law, where, the rotor that hides it, and the sizes of its coeffici
 }
 
 
+OMEGA = FINE.speed[:, None, None]
+SWIRL = np.array([[0.0, 1.0], [-1.0, 0.0]])
+CARRIED = 3.0 * (600.0**2 + 2j * 0.03 * 600.0 * OMEGA)  # spring and damper of a mass of 3 kg
 FOLLOWS_SPEED = 4e3 * FINE.speed  # N/m
 BY_MATRICES = {  # law, quantity, load (n_speed, 2) of its own, impedance (n_speed, 2, 2) to the motion of its site, sizes
     "spring_proportional_to_speed": ("force", 0, FOLLOWS_SPEED[:, None, None] * np.diag([1.0, 1.5]), [4e3, 6e3]),
     "proportional_to_speed": ("force", (0.03 + 0.02j) * FINE.speed[:, None] * [1, -1j], 0, [0.03, 0.02]),
+    "seal": ("force", 0, (2e6 + 4e3j * OMEGA) * np.eye(2) + 2e3 * OMEGA * SWIRL, [2e6, 4e3, 2e3]),
+    "cross_coupled_spring_and_damper": (
+        "force",
+        0,
+        (2e6 + 4e3j * OMEGA) * np.eye(2) + (3e6 - 1e3j * OMEGA) * SWIRL,
+        [2e6, 3e6, 4e3, -1e3],
+    ),
+    # the spring in series with the mass, K⁻¹ = (k + iΩc)⁻¹ + (−m Ω²)⁻¹
+    "spring_mass": ("force", 0, np.eye(2) / (1 / CARRIED - 1 / (3.0 * OMEGA**2)), [3.0, 600.0, 0.03]),
     "skew": ("moment", (2e-5 - 1e-5j) * FINE.speed[:, None] ** 2 * [1, -1j], 0, [2e-5, -1e-5]),
     "moment_proportional_to_speed": ("moment", 0.01 * FINE.speed[:, None] * [1, -1j], 0, [0.01, 0.0]),
 }
@@ -82,7 +94,8 @@ def test_a_law_put_into_the_matrices_is_found_with_its_size(key):
     assert best.law.key == key
     assert best.p > 0.001  # one draw each
     assert np.all(np.abs(best.values - sizes) < 4 * best.sd)
-    assert np.all(best.sd < 0.3 * np.abs(sizes).max())
+    units = [size for _, _, size in best.law.coefficients]
+    assert np.all(best.sd / units < 0.3 * np.abs(np.array(sizes) / units).max())
 
 
 @pytest.fixture(scope="module")

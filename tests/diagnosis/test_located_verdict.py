@@ -12,7 +12,8 @@ from ksmea.errors import SettingError
 from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.show.diagnosis_text import about_extension, text, why_without
-from ksmea.studies.diagnose import DiagnosisOptions, diagnosis, disagreements
+from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
+from ksmea.studies.diagnosis_remarks import disagreements
 from ksmea.studies.library import library
 from tests.diagnosis.conftest import TRUTH, registered_effects
 
@@ -57,8 +58,8 @@ def test_the_text_says_it_in_its_verdict_and_the_file_holds_the_law(unnamed):
     said = text(record)
     assert f"Verdict: located – an unknown force at {effect.position:g} m" in said
     assert "which acts as unbalance" in said and "no known effect was tried" in said
-    assert said.count('The values "without" are not those "before"') == 1
-    assert 'Trust neither, but those "over all sites".' in said
+    assert said.index("Values whatever the cause is:") < said.index("Without the library:")
+    assert said.count("over all sites") == 1 and "before" not in said
     assert "unbalance" in about_extension(record)[0] and record.location.extension is not None
 
 
@@ -85,8 +86,9 @@ def test_beside_a_name_it_is_a_second_opinion(rotor, hide):
     said = text(record)
     assert "Without the library: an unknown force at" in said
     assert said.count('Trust neither, but those "after", of the extended model.') == 1
-    folded = {each.title: each.blocks for each in diagnosis_page(record, ()).sections[-1].blocks}
-    drawn = [block.described() for block in folded["Location without the library"] if isinstance(block, Drawn)]
+    [page] = [section for section in diagnosis_page(record, ()).sections if section.title == "Evidence"]
+    [folded] = [block for block in page.blocks if getattr(block, "title", "") == "Location without the library"]
+    drawn = [block.described() for block in folded.blocks if isinstance(block, Drawn)]
     assert why_without(record)[0] in drawn[-1].caption
 
 

@@ -98,6 +98,26 @@ def test_verdicts_without_a_cause():
     assert "The nearest is runout" in text(changed(verdict="unknown"))
 
 
+def test_a_verdict_without_an_explanation_prints_no_interval_of_a_model_that_is_rejected():
+    """Neither of the model as given nor of the nearest effect, whose values and predictive gain are left out."""
+    named, unknown = text(RECORD), text(changed(verdict="unknown"))
+    [unit] = {row.before.unit for row in RECORD.coefficients if row.name == "kxx"}
+    [kxx] = [line for line in unknown.splitlines() if line.split()[:1] == ["kxx"]]
+    assert "[" in named and "[" not in unknown and kxx.endswith(unit) and len(kxx.split()) == 3
+    assert "Values of the model as given, which is rejected; no interval holds for them:" in unknown
+    assert "left-out data" not in unknown and "after" not in unknown.replace("left over", "")
+
+
+def test_misread_data_say_how_and_show_the_values_of_data_read_so():
+    read = "the data look as if speeds are in Hz where rpm are expected (× 60): read so, the fit leaves 5 % noise; multiply speed_rpm by that"
+    record = changed(verdict="misread", reading=read, named=(), ambiguity_group=(), applied=(), predictive_gain=None)
+    said = text(record)
+    assert said.startswith("The data look as if speeds are in Hz where rpm are expected (× 60).")
+    assert "multiply speed_rpm by that. Read so, the residuals are consistent with noise" in said
+    assert verdict_line(record) == "Verdict: misread – the data look as if speeds are in Hz where rpm are expected (× 60)"
+    assert any(line.split()[:1] == ["kxx"] and "[" in line for line in said.splitlines())
+
+
 @pytest.mark.parametrize(
     ("n_channel", "said"),
     [(3, "+experiment=locate tells at which places"), (2, "Amplitudes and phases of 3 channels or more would tell")],

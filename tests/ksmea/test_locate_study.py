@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -107,7 +108,7 @@ def test_the_text_says_where_and_what(record):
     assert "forward and backward alike" in said
     assert record.law.key == "smooth"  # all others are whirls or follow the motion
     assert "it follows none of the simple laws but changes smoothly with speed (4 knots)" in said
-    assert "unknown    unit  without  beside it" in said
+    assert "unknown    unit  beside it" in said
     assert all(len(line) < 160 for line in said.splitlines())
 
 
@@ -156,6 +157,7 @@ def test_a_skewed_disk_is_a_moment_with_a_law_of_its_own():
     record = located_beside(moment, "moment", LocationOptions(positions=[0.5, 1.0], kinds=["force", "moment"]))
     assert (record.kind, record.law.key, record.law.kind, record.law.position) == ("moment", "skew", "moment", 1.0)
     assert "At 1 m (disk 3), it is a moment ∝ Ω² that turns with the shaft, as of a skewed disk: " in text(record)
+    assert re.search(r"the moment is x [-+0-9.e]+ to [-+0-9.e]+ N m, y [-+0-9.e]+ to [-+0-9.e]+ N m", text(record))
     assert plot(record).get_axes()
 
 
@@ -164,15 +166,41 @@ def test_an_unknown_kind_is_refused_with_the_known_ones():
         LocationOptions(kinds=["torque"])
 
 
+def everywhere(record):
+    """The record with all that was tried accepted."""
+    candidates = tuple(dataclasses.replace(each, accepted=True) for each in record.candidates)
+    return dataclasses.replace(record, candidates=candidates)
+
+
 def test_a_headline_says_no_place_where_most_are_as_likely(record):
-    """What the text says: 'So many places do that a cause which is spread along the shaft is as likely as one at a place'."""
     assert headline(record).startswith("An unknown force at 1 m")
-    everywhere = dataclasses.replace(
-        record, candidates=tuple(dataclasses.replace(each, accepted=True) for each in record.candidates)
-    )
-    assert "a cause which is spread along the shaft is as likely" in text(everywhere)
-    for said in (headline(everywhere), plot(everywhere).get_suptitle()):
-        assert said.startswith("Something unknown at most places explains the data")
+    anywhere = everywhere(record)
+    assert "Its cause is spread over the shaft (100 % of all places explain the data)" in text(anywhere)
+    for said in (headline(anywhere), plot(anywhere).get_suptitle()):
+        assert said.startswith("Something unknown explains the data, spread over the shaft")
+
+
+def accepted_at(record, **positions):
+    """The record of a location with these positions accepted, by kind, of forces and moments at ten places."""
+    site = record.candidates[0]
+    candidates = [
+        dataclasses.replace(site, kind=kind, position=0.1 * index, accepted=index in positions.get(kind, ()))
+        for kind in ("force", "moment")
+        for index in range(10)
+    ]
+    return dataclasses.replace(record, candidates=tuple(candidates), kind="force", laws=())
+
+
+def test_what_a_third_of_all_places_explain_is_not_located(record):
+    """Forces at some places and moments at others count together: damping of a whole shaft is done by either."""
+    assert accepted_at(record, force=(4, 5), moment=(4, 5)).is_local
+    assert not accepted_at(record, force=(0, 2, 5, 7)).is_local
+    assert not accepted_at(record, force=(3, 4), moment=(6, 7)).is_local
+    several = accepted_at(record, force=(3, 4), moment=(6, 7))
+    assert several.share_of_places == pytest.approx(0.4)
+    by_law = dataclasses.replace(several, laws=(dataclasses.replace(record.law, position=0.3),))
+    assert by_law.is_local and by_law.law_class  # a law that holds at one of them tells which
+    assert not dataclasses.replace(everywhere(record), laws=by_law.laws).is_local
 
 
 def test_kinds_that_the_data_do_not_tell_apart_are_alternatives(record):

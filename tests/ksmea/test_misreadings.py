@@ -123,6 +123,22 @@ def test_one_reversed_probe_among_several_is_named():
     assert "as if the phases of y at 0.5 m are turned by 180°: read so" in remark
 
 
+SWAPPED_THERE = "x and y are swapped at 0.5 m alone"
+OF_A_PLANE = {  # the order and the signs of four columns, and what must be said of them
+    "reversed": ([0, 1, 2, 3], [1, 1, -1, -1], ["x at 0.1 m, y at 0.1 m or else of x at 0.5 m, y at 0.5 m are turned by 180°"]),
+    "swapped": ([0, 1, 3, 2], [1, 1, 1, 1], [SWAPPED_THERE, "exchange these two columns"]),
+    "a quarter turn on": ([0, 1, 3, 2], [1, 1, -1, 1], [f"{SWAPPED_THERE}, and y is turned by 180°", "add 180° to y"]),
+}
+
+
+@pytest.mark.parametrize("name", OF_A_PLANE)
+def test_probes_of_one_plane_that_are_swapped_or_reversed_are_said_to_be(name):
+    order, signs, said = OF_A_PLANE[name]
+    data = with_values(lambda y: y[:, order] * signs)(measured(sensors=[0.1, 0.5]))
+    [remark] = looked_at(problem(sensors=[0.1, 0.5]), data)
+    assert all(part in remark for part in said), remark
+
+
 def test_amplitudes_have_units_too():
     data = with_values(lambda y: y / 25.4)(measured("amplitude"))
     [remark] = looked_at(problem("amplitude"), data)

@@ -23,9 +23,9 @@ three_disk, run_up.csv: 90 speeds from 2062 to 13868 rpm, 2 channels (x at 0.1 m
   cyy = 0.710 kN s/m, 95 % interval [0.664, 0.756]
   u = 199.9 g mm, 95 % interval [198.7, 201.2]
   phase_origin = 39.88 deg, 95 % interval [39.51, 40.24]
-noise estimated: 5.2 % + 0.018 µm
-hard to tell apart (correlation beyond ± 0.95): none
-the model explains the data within their noise (channels together, p = 0.31)"""
+noise, estimated: 5.2 % + 0.018 µm
+strongly correlated parameters (|r| > 0.95): none
+fit: the residuals are consistent with noise (channels together, p = 0.31)"""
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_a_record_without_details_has_a_title_and_values(synthetic):
             " cyy = 0.954 kN s/m, u = 194.8 g mm; the values above are at the maximum of the likelihood"
         ),
         "noise as stated: 10 %",
-        "hard to tell apart (correlation beyond ± 0.95): not computed, without noise",
+        "strongly correlated parameters (|r| > 0.95): not computed, without noise",
     ]
     assert text(synthetic).splitlines()[0].startswith("  kxx = ")
 

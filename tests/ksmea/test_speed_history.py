@@ -46,10 +46,18 @@ def test_rows_that_are_even_in_time_say_no_rate():
     assert speed_history(speed, None) == SpeedHistory("either")
 
 
+def test_rows_to_a_whole_rpm_are_no_grid():
+    """Steps of a slow sweep that are rounded to 2, 3 and 4 rpm follow no grid."""
+    rpm = np.round(np.linspace(1000.0, 1400.0, 150) + np.random.default_rng(1).normal(0, 0.3, 150))
+    assert np.all(np.diff(rpm) > 0) and speed_history(rpm * np.pi / 30, None) == SpeedHistory("either")
+
+
 @pytest.mark.parametrize(
     ("speed", "time"),
     [
         (np.linspace(100.0, 250.0, 150), None),  # a grid
+        (np.r_[100:150:25j, 150.5:160:20j, 162:250:44j], None),  # a grid that is finer at a critical speed
+        (np.cumsum(np.repeat([5, 1, 0.25, 1, 5, 0.5, 5], [12, 6, 8, 6, 9, 10, 9])) + 100.0, None),
         (TURNS[:40], None),  # few
         (np.where(np.arange(150) % 2, TURNS, TURNS[::-1]), None),  # in no order
         (np.where(np.arange(150) % 2, TURNS, TURNS[::-1]), np.arange(150.0)),

@@ -64,15 +64,21 @@ RECORD = StabilityRecord(300 * RPM, 200 * RPM, None, 0.95, 500 * RPM, 750 * RPM)
 @pytest.mark.parametrize(
     "changes, said",
     [
-        ({}, ["unstable from 300 rpm on, 95 % interval 200 rpm to above 750 rpm, the highest searched", "warning"]),
+        (
+            {},
+            [
+                "stability: unstable from 300 rpm on, 95 % interval 200 rpm to above 750 rpm, the highest speed checked",
+                "warning",
+            ],
+        ),
         (
             {"threshold": 600 * RPM, "low": 0.0, "high": 700 * RPM},
-            ["unstable from 600 rpm on, 95 % interval rest to 700 rpm"],
+            ["stability: unstable from 600 rpm on, 95 % interval rest to 700 rpm"],
         ),
-        ({"threshold": None, "low": None}, ["stable up to 750 rpm, the highest searched"]),
+        ({"threshold": None, "low": None}, ["stability: no instability up to 750 rpm, the highest speed checked"]),
         (
             {"threshold": None},
-            ["stable up to 750 rpm, the highest searched, but perhaps not from 200 rpm on (95 %)"],
+            ["stability: no instability up to 750 rpm, the highest speed checked, but perhaps from 200 rpm on (95 %)"],
         ),
     ],
 )

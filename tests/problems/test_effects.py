@@ -19,6 +19,8 @@ from problems.three_disk import ThreeDisk, three_disk_rotor
 
 EXPECTED = {
     "annular_seal": 2,
+    "bearing_mass": 2,
+    "bilinear_stiffness": 2,
     "channel_gain": 1,
     "clearance_rub": 3,
     "coupling_misalignment": 2,
@@ -40,6 +42,7 @@ EXPECTED = {
     "skewed_disk": 2,
     "speed_dependent_damping": 1,
     "speed_dependent_stiffness": 1,
+    "spring_mass": 3,
     "thermal_bow": 2,
     "timing_delay": 1,
     "unbalance": 2,
@@ -57,7 +60,7 @@ def effect(name, **settings):
 
 
 VECTORS = ("crack", "runout", *(name for name in NAMES if effect(name).has_loads))
-NONLINEAR = ("clearance_rub", "cubic_stiffness")
+NONLINEAR = ("bilinear_stiffness", "clearance_rub", "cubic_stiffness")
 LINEAR = [key for key, law in LAWS.items() if not isinstance(law, NonlinearLaw)]
 
 
@@ -166,7 +169,9 @@ def test_it_matters_and_its_sensitivity_is_that_of_independent_differences(name,
         expected = np.tensordot(weights, problem.dense_response(points), (0, 0)) / size
         assert np.abs(expected).max() * problem.parameters.width[index] > 1e-3 * np.abs(problem.response(x[None])).max()
         # where an orbit dips into a contact at one more of its angles the response has a corner
-        tolerance = 2e-3 if name == "clearance_rub" else 2e-4
+        # and a spring-mass drawn at 1 % of its highest frequency a resonance hardly wider than the step of differences
+        has_edges = name == "clearance_rub" or str(place).startswith("spring-mass")
+        tolerance = 2e-3 if has_edges else 2e-4
         assert np.abs(found[..., index] - expected).max() < tolerance * np.abs(expected).max()
 
 
@@ -196,6 +201,7 @@ def test_an_unknown_phase_origin_turns_everything(name, place):
 
 
 REFUSED = [{*pair} for pair in itertools.product(NONLINEAR, ("crack", "run_up_acceleration", "shaft_asymmetry"))]
+REFUSED.append({"spring_mass", "run_up_acceleration"})
 PAIRS = [pair for pair in itertools.combinations(NAMES, 2) if {*pair} not in REFUSED]
 
 

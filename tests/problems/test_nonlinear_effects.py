@@ -15,7 +15,7 @@ from problems.rk4_two_disk import RK4TwoDisk
 SETTINGS = RK4TwoDisk(sensors=[0.12, 0.44], directions=["x", "y"], n_speed=12)
 PLAIN = SETTINGS.build()
 TRUTH = np.array([SETTINGS.reference()[name] for name in PLAIN.parameters.names])
-VALUES = {"clearance_rub": [2e4, 8e-6, 0.2], "cubic_stiffness": [2e13]}
+VALUES = {"bilinear_stiffness": [2e4, 8e-6], "clearance_rub": [2e4, 8e-6, 0.2], "cubic_stiffness": [2e13]}
 
 
 def place(name):

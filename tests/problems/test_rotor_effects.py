@@ -130,6 +130,17 @@ def test_external_damping_does_not_turn_with_the_shaft():
     assert not matrices.circulatory.any() and matrices.damping.any()
 
 
+def test_standing_damping_of_a_uniform_shaft_rises_with_the_frequency_of_the_mode():
+    """ζ_n = β ω_n/2, on pins, which bear all of it; the pins' own stiffness takes off 1e-3."""
+    beam, beta = on_pins(uniform(16, radius=5e-3)), 2e-5
+    modes = natural_modes(changed("standing_damping", beam, beta), 0.0, 6)[::2]
+    assert [mode.damping_ratio for mode in modes] == pytest.approx(
+        beta / 2 * frequencies_of_a_pinned_beam(beam, 3), rel=3e-3
+    )
+    matrices = assemble_free(changed("standing_damping", uniform(4), beta))
+    assert not matrices.circulatory.any() and matrices.damping == pytest.approx(beta * matrices.stiffness)
+
+
 # the beam theory
 
 

@@ -1,4 +1,4 @@
-"""The audit of the paper: each printed error beside what the data could have told, under every reading of its print.
+"""The audit of the paper: each printed error next to what the data could have told, under every reading of its print.
 
 The *chance* of a printed error e, rounding r, is that of an efficient unbiased estimate to come so near by luck:
 P(|N(0, b)| ≤ e + r) with the Cramér–Rao lower bound (CRLB) b; r is half the last digit of the error or of the value,
@@ -148,7 +148,7 @@ def _rows(cell: Cell, record: IdentifiabilityRecord) -> Iterator[dict[str, Any]]
 
 
 def _joint_rows(rows: list[dict[str, Any]], record: IdentifiabilityRecord) -> Iterator[dict[str, Any]]:
-    """What each printed column claims as a whole; a column that claims nothing has no row."""
+    """Claims of each printed column as a whole; a column that claims nothing has no row."""
     correlation = np.array(record.correlation, dtype=float)
     for column in dict.fromkeys(row["column"] for row in rows):
         of_column = [row for row in rows if row["column"] == column]

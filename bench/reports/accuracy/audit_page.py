@@ -1,4 +1,4 @@
-"""Sections on the audit: the paper's printed errors beside what its data can tell, under each reading of its print."""
+"""Sections on the audit: the paper's printed errors next to what its data can tell, under each reading of its print."""
 
 from __future__ import annotations
 

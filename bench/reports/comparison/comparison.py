@@ -86,7 +86,7 @@ class Comparison:
 
 
 def compared(first: Side, second: Side) -> Comparison:
-    """What both say, and where they differ."""
+    """Comparison of two results."""
     return Comparison(first, second, _unknowns(first, second), _settings(first, second), _facts(first, second))
 
 

@@ -129,7 +129,7 @@ def _diagnosis_findings(line: RunLine) -> Findings:
 
 
 def _of_extension(record: DiagnosisRecord) -> dict[str, Shown]:
-    """The unknowns that the extended model has besides those of the model as given, where it is believed."""
+    """The unknowns that the extended model has in addition to those of the model as given, where it is believed."""
     if record.verdict == "located" and record.location is not None and record.location.extension is not None:
         own, found = {row.name for row in record.coefficients}, record.location.extension
         return {

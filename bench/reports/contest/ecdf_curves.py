@@ -70,7 +70,7 @@ def anytime_frame(contest: Contest) -> pd.DataFrame:
 
 
 def _by_cost(contest: Contest, measure: Measure, grid: Array) -> Array:
-    """What each run had at each cost per unknown, (n_run, n_grid)."""
+    """Best value of each run at each cost per unknown, (n_run, n_grid)."""
     had, unknowns = np.full((len(contest.runs), len(grid)), np.inf), contest.unknowns
     for number, (key, price, failed) in enumerate(contest.runs[["key", "price", "failed"]].itertuples(index=False)):
         if failed or key not in contest.traces:

@@ -1,4 +1,4 @@
-"""What each method of a contest is, in the words that choose it, where it comes from, and what it was allowed."""
+"""Methods of a contest: arguments that choose each, its origin and its budget."""
 
 from __future__ import annotations
 

@@ -94,12 +94,12 @@ def profile(values: Array, grid: Array) -> Array:
 
 
 def spent(hits: Array, ends: Array) -> Array:
-    """What each run costs until each target, (n_run, n_target): `hits`, infinite where not reached, else its end (n_run,)."""
+    """Cost of each run until each target, (n_run, n_target): `hits`, infinite where not reached, else its end (n_run,)."""
     return np.where(np.isfinite(hits), hits, np.asarray(ends)[:, None])
 
 
 def expected_running_time(costs: Array, successes: Array) -> Array:
-    """ERT of summed costs and numbers of successes, of any common shape; infinite if there is no success.
+    """ERT of summed costs and numbers of successes, of any common shape; infinite if there is not a success.
 
     Two runs reach the target at 10 and 30, one ends at 100 without:
 

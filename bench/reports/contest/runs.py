@@ -149,7 +149,7 @@ def _instances_frame(plan: Plan, cells: pd.DataFrame) -> pd.DataFrame:
 def _notes(
     cells: pd.DataFrame, ended: pd.DataFrame, compared: pd.DataFrame, methods: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """What is left out of the comparison, and whose runs it is for."""
+    """Notes on runs that are omitted from the comparison."""
     notes = [f"{name}: no run has ended; left out" for name in dict.fromkeys(cells["label"]) if name not in methods]
     n_all, n_kept = cells["identity"].nunique(), compared["identity"].nunique()
     draws, kept = (len(each[["identity", "draw"]].drop_duplicates()) for each in (ended, compared))

@@ -1,4 +1,4 @@
-"""What a run is to reach: values of the excess and of the error that name how good a point is, whatever the problem.
+"""Targets of a run: values of excess and error that rate a point, whatever the problem.
 
 The cost of a point is the evaluations of the true model until then and its Jacobians, each at its price (`jacobian_price`).
 """

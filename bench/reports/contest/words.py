@@ -1,4 +1,4 @@
-"""What a contest found in plain sentences: who wins and how surely, whether the seeds agree, and what is not compared."""
+"""Findings of a contest in sentences: ranking and certainty, agreement of the seeds, omitted runs."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def _of_failures(contest: Contest) -> list[str]:
 
 
 def text(contest: Contest, board: pd.DataFrame, findings: Sequence[str]) -> str:
-    """What the terminal shows."""
+    """Text for the terminal."""
     table = shown(board, contest)
     lines = "\n".join(f"- {each}" for each in findings)
     first = contest.measures[0]

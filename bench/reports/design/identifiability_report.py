@@ -66,7 +66,7 @@ def _following(notes: Sequence[str], first: Sequence[Command]) -> Iterator[Block
 
 
 def _first(plan: Plan, cell: int, record: IdentifiabilityRecord) -> Iterator[Command]:
-    """What to do before this is relied on."""
+    """Steps before the result is used."""
     yield from before_looking_ahead(plan, plan.cells[cell], record.lack_of_fit)
 
 

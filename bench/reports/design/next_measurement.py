@@ -24,7 +24,7 @@ ANY_SPEED = (0.0, 1e6)  # rpm
 
 @dataclass(frozen=True)
 class Next:
-    """What to do, in words, the command that comes last, and files by name that it needs."""
+    """Next step in words, its command, and the files by name that it needs."""
 
     steps: tuple[str, ...]
     command: str

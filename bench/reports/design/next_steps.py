@@ -1,4 +1,4 @@
-"""What to do after a study, as commands with the words that chose its rotor and its measurement."""
+"""Next steps after a study, as commands with the arguments of its rotor and measurement."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def after_plan(following: Next | None) -> Iterator[Block]:
 
 
 def _beside(plan: Plan, extended: str) -> str:
-    """The folder of an identification by an extended model, beside that of its diagnosis: results/identify_run_up_extended."""
+    """The folder of an identification by an extended model, next to that of its diagnosis: results/identify_run_up_extended."""
     folder = Path(extended).parent.absolute()  # '.' has no name
     own = f"{folder.name}_".removeprefix(f"{plan.name}_").removesuffix(
         "_"

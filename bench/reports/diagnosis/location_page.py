@@ -1,4 +1,4 @@
-"""Sections on a location: the shaft with all sites that were tried, what acts at the best one, and the unknowns beside it."""
+"""Sections on a location: the shaft with all sites that were tried, what acts at the best one, and the unknowns next to it."""
 
 from __future__ import annotations
 

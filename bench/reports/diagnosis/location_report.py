@@ -59,7 +59,7 @@ class LocationReport(Report):
 
 
 def location_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
-    """A row per planned run: what was found, what was hidden, and the unknowns beside it."""
+    """A row per planned run: what was found, what was hidden, and the unknowns next to it."""
     return result_runs(plan, lines, LocationRecord, _row)
 
 

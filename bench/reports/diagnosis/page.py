@@ -71,6 +71,8 @@ def _others(record: DiagnosisRecord) -> Iterator[Block]:
 
 
 def _of_values(record: DiagnosisRecord) -> str:
+    if findings.beside(record):
+        return "Beside what is located, whatever it is"
     if record.verdict in (findings.LOCATED, findings.UNKNOWN):
         return "Of the model as given, which is rejected"
     if record.averaged is not None:

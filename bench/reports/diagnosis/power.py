@@ -1,4 +1,4 @@
-"""What a diagnosis sees and what it calls it, counted over draws: detection against size, confusion, and coverage.
+"""Power of a diagnosis, counted over draws: detection against size, confusion, and coverage.
 
 A draw counts as detected where the verdict says that the model is wrong. The chance of that follows from the deviance that
 the effect is expected to leave: a noncentral χ² with as many degrees of freedom as the effect has unknowns, against the
@@ -28,7 +28,7 @@ CLEARLY_VISIBLE = 60.0  # deviance that is expected to be left
 
 
 def power_row(record: DiagnosisRecord, _: Cell) -> dict[str, Any]:
-    """What a record tells besides its verdict: unknowns of what is hidden, and candidates that were tried."""
+    """What a record tells in addition to its verdict: unknowns of what is hidden, and candidates that were tried."""
     return {
         "unknowns": sum(len(effect.parameters) for effect in record.hidden),
         "candidates": len(record.ranking),

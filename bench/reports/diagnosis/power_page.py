@@ -91,7 +91,7 @@ def _detection(effect: str, mine: pd.DataFrame, sizes: np.ndarray) -> Panel:
 
 
 def confusion_chart(shares: pd.DataFrame) -> Chart:
-    """What each hidden effect (rows) is called (columns), in per cent of its clearly visible draws."""
+    """Verdicts (columns) on each hidden effect (rows), in per cent of its clearly visible draws."""
     n_row, n_column = shares.shape
     called = Axis("reported", ticks=dict(enumerate(map(str, shares.columns))), is_turned=True)
     hidden = Axis("hidden", ticks=dict(enumerate(map(str, shares.index))), is_reversed=True)

@@ -1,4 +1,4 @@
-"""What a diagnosis sees, as tables, figures and a page."""
+"""Power of a diagnosis as tables, figures and a page."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class DiagnosisPowerReport(Report):
 
 
 def about(with_effect: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) -> str:
-    """What the tables count, in a sentence or two."""
+    """Sentences on the contents of the tables."""
     seconds = pd.concat([with_effect["seconds"], right["seconds"]])
     return (
         f"{len(seconds)} of {len(runs)} runs have a result, {len(right)} of them of right models; tables by effect and kind count draws that"

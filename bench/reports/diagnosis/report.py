@@ -130,7 +130,7 @@ def _row(record: DiagnosisRecord, cell: Cell) -> dict[str, Any]:
 def coefficients(record: DiagnosisRecord, cell: Cell) -> dict[str, Any]:
     """Of the model's own unknowns whose true values are known, how many have an interval that is reported in the end, and in how many
     of these the true value lies: of the extended model, of the model as given where nothing speaks against it, or averaged where several
-    effects explain the data and an average was asked for; a location counts its own."""
+    effects explain the data and an average was requested; a location counts its own."""
     reported: Sequence[EstimateRecord | None] = ()
     if record.averaged is not None:
         reported = record.averaged.coefficients

@@ -200,7 +200,7 @@ def file_name(text: str) -> str:
 
 
 def file_names(texts: Iterable[str]) -> dict[str, str]:
-    """The same for several, with a number where two would be alike.
+    """File names of several, numbered if two would be alike.
 
     >>> file_names(["Kriging + DE", "Kriging, DE"])
     {'Kriging + DE': 'Kriging_DE', 'Kriging, DE': 'Kriging_DE_2'}

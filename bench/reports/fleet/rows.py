@@ -1,4 +1,4 @@
-"""What a fleet's table says of one machine: its diagnosis or its identification in a row."""
+"""Row of a fleet's table: diagnosis or identification of one machine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ JOINED = "; "  # remarks in a cell of a table
 
 @dataclass(frozen=True)
 class MachineRow:
-    """One machine: its finding in a word, what its row says beside that, its unknowns, noise and remarks, and all of it as
+    """One machine: its finding in a word, what its row says next to that, its unknowns, noise and remarks, and all of it as
     text. Noise is the relative part, and the floor in m."""
 
     finding: str
@@ -103,7 +103,7 @@ def _location(record: DiagnosisRecord) -> str:
 
 
 def _believed(record: DiagnosisRecord) -> Sequence[EstimateRecord]:
-    """The unknowns of the model as given: beside what was found, averaged where several explanations were."""
+    """The unknowns of the model as given: next to what was found, averaged where several explanations were."""
     if record.averaged is not None:
         return record.averaged.coefficients
     if record.verdict == "located" and record.location is not None:

@@ -1,4 +1,4 @@
-"""What a method costs as a function of what one FE evaluation costs, and where a surrogate begins to pay.
+"""Cost of a method against the cost of an FE evaluation, and the break-even of a surrogate.
 
 A run takes N evaluations of the model and an overhead of its own (surrogate, search): total = N · t + overhead, with t
 the cost of one evaluation. Two methods break even at t = (overhead₁ − overhead₂) / (N₂ − N₁).

@@ -96,7 +96,7 @@ def _names(plan: Plan, shown: Mapping[Run, IdentificationRecord]) -> dict[Run, s
 
 
 def _following(plan: Plan, shown: Mapping[Run, IdentificationRecord]) -> list[Block]:
-    """What to do next; of several identifications nothing."""
+    """Next step; empty for several identifications."""
     if len(shown) != 1 or len(plan.runs) != 1:
         return []
     ((run, record),) = shown.items()

@@ -1,4 +1,4 @@
-"""The spread of each unknown over the repetitions, cell by cell, beside the paper's values."""
+"""The spread of each unknown over the repetitions, cell by cell, next to the paper's values."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ MARKS = {
 
 
 def cells_with(plan: Plan, name: str, unit: str) -> list[int]:
-    """The cells that a table has a row of this name and unit for: all, of a row that is no parameter."""
+    """The cells that a table has a row of this name and unit for: all, of a row that is not a parameter."""
     if name in EFFORT | EXACT:
         return list(range(len(plan.cells)))
     return [
@@ -101,7 +101,7 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
 
 
 def interval_elements(at: Array, low: Array, high: Array, values: Array, *, is_log: bool = False) -> list[Element]:
-    """Intervals (n,) beside boxes; an open end lies beyond all values, and is an arrow."""
+    """Intervals (n,) next to boxes; an open end lies beyond all values, and is an arrow."""
     first, last = drawn_ends(low, high, values, is_log=is_log)
     beside = at + 0.4
     line = Line(segments(beside, beside), segments(first, last), name=MEDIAN_INTERVAL, colour=INTERVAL, width=2.0)

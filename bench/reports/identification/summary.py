@@ -1,4 +1,4 @@
-"""Medians over the repetitions beside the paper's values, and the page: their spread, and the figures that an experiment asks for."""
+"""Medians over the repetitions next to the paper's values, and the page: their spread, and the figures that an experiment requests."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class SummaryReport(Report):
 
 @dataclass(frozen=True)
 class Courses:
-    """How runs went, as far as the experiment asks for figures of it: `reached` at which cost, by stage, and `cost` of methods."""
+    """How runs went, as far as the experiment requests figures of it: `reached` at which cost, by stage, and `cost` of methods."""
 
     histories: Mapping[str, tuple[UpdateRecord, ...]]
     curves: Mapping[int, ResponseCurves]
@@ -72,7 +72,7 @@ class Courses:
 
 
 def read_courses(plan: Plan, runs: pd.DataFrame, output: Path) -> Courses:
-    """What the figures that an experiment asks for are made of; what no record can tell yet is left out."""
+    """What the figures that an experiment requests are made of; what no record can tell yet is left out."""
     asked = set(plan.report.figures)
     kept = _kept(plan, output) if {"updates", "response"} & asked else {}
     traces = read_traces(plan, output) if "trace" in asked else {}

@@ -48,7 +48,7 @@ class Traced:
         return np.array(self.trace.evaluations) + price * np.array(self.trace.jacobians)
 
     def cost(self, price: int) -> int:
-        """The same of the whole run."""
+        """Cost of the whole run."""
         return self.evaluations + price * self.jacobians
 
     @property

@@ -28,7 +28,7 @@ def packed() -> str:
 
 @cache
 def digest() -> str:
-    """What a page's security policy names the library by, once it is unpacked."""
+    """Digest of the unpacked library for a page's security policy."""
     return digest_of(_library())
 
 

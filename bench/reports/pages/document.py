@@ -46,7 +46,7 @@ def document(
 
 
 def facts_of(beginning: str) -> dict[str, Any] | None:
-    """The facts of a page, of which these are the first characters; None if it is no page of this project."""
+    """The facts of a page, of which these are the first characters; None if it is not a page of this project."""
     found = _FACTS.search(beginning)
     if found is None:
         return None

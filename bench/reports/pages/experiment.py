@@ -40,7 +40,7 @@ def heading(plan: Plan) -> str:
 
 
 def facts(plan: Plan, made: Made, page: Page, when: str) -> dict[str, Any]:
-    """What an index tells of an experiment."""
+    """Facts on an experiment for an index."""
     return {
         "name": plan.name,
         "study": ", ".join(studies(plan)),
@@ -67,5 +67,5 @@ def plain_page(made: Made, drawings: Mapping[str, bytes]) -> Page:
 
 
 def first_line(text: str) -> str:
-    """The first line that is no row of a table."""
+    """The first line that is not a row of a table."""
     return next((line.strip() for line in text.splitlines() if line.strip() and not is_aligned(line)), "")

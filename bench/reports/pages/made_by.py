@@ -1,4 +1,4 @@
-"""What every page ends with: how runs ended, the settings, and what made the results."""
+"""End of every page: status of runs, settings, and provenance of the results."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _NOT_PLACE = ("cell", "seed", "status", "error")
 
 
 def _is_place(column: pd.Series) -> bool:
-    """Whether a column of runs.csv says where a run stands: it is filled if there is no result."""
+    """Whether a column of runs.csv says where a run stands: it is filled if there is not a result."""
     return bool(column.notna().all() and (column.astype(str) != "").all())
 
 
@@ -90,7 +90,7 @@ def flattened(settings: Mapping[str, Any], above: str = "") -> Iterator[tuple[st
 
 
 def made_by_section(plan: Plan, files: Sequence[str]) -> Section:
-    """The command that makes the same again, commit, seeds and libraries, and the files beside the page."""
+    """The command that makes the same again, commit, seeds and libraries, and the files next to the page."""
     seeds = sorted({cell.seed for cell in plan.cells})
     last = max((run.repetition for run in plan.runs), default=0)
     libraries = ", ".join(f"{name} {version}" for name, version in plan.versions.items())

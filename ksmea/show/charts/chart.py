@@ -1,4 +1,4 @@
-"""What a chart shows, as plain data: panels with axes, and in them lines, points, bands, boxes, bars, levels and words.
+"""Charts as plain data: panels with axes, and in them lines, points, bands, boxes, bars, levels and words.
 
 A chart is described once, by one function of the records that it shows. `picture.py` makes a PNG or SVG of it and
 `interactive.py` a plot of a page, so that both show the same. Values are in the units that axes name; not a number is a gap.
@@ -83,7 +83,7 @@ class Points(Element):
 
 @dataclass(frozen=True)
 class Band(Element):
-    """What lies between two lines (n,)."""
+    """Area between two lines (n,)."""
 
     x: Values
     low: Values

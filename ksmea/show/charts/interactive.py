@@ -86,7 +86,7 @@ def _with_broken_names(narrow: Layout) -> Layout:
 
 
 def choices(chart: Chart) -> tuple[of.Choice, ...]:
-    """What a page asks for of a chart, which of many stacks among it."""
+    """Choices of a page for a chart, including which of many stacks."""
     if not _is_chosen(chart):
         return chart.choices
     titles = tuple(stack[0].title for stack in chart.stacks if stack)

@@ -79,7 +79,7 @@ def _with_digits_of(value: float, shown: Shown) -> str:
 
 
 def _scale(shown: Shown) -> float:
-    """What 100 % is: the value, or 1 rad of an angle, whose value is only counted from somewhere."""
+    """Scale of 100 %: the value, or 1 rad of an angle, whose value is only counted from somewhere."""
     return float(np.degrees(1.0)) if _is_angle(shown) else abs(shown.value)
 
 
@@ -102,6 +102,6 @@ def _end(value: float, edge: float, zero: float, scale: float) -> float:
 
 
 def _reach(shown: Any) -> float:
-    """Of an unknown whose value is 0: how far its interval reaches."""
+    """Reach of the interval of an unknown whose value is 0."""
     ends = [abs(end) for each in shown for end in (each.low, each.high) if np.isfinite(end)]
     return max(ends, default=0.0) or 1.0

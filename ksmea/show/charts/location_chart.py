@@ -11,6 +11,7 @@ from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRec
 from ksmea.show.charts.chart import Axis, Band, Chart, Element, Level, Line, Panel, Points, Words, broken
 from ksmea.show.charts.colours import ALIKE, CATEGORIES, CONTEXT, MEASURED, REFERENCE
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
+from ksmea.show.location_words import over_the_shaft
 from ksmea.units import MICROMETRE, RPM
 
 COLOUR_OF_QUANTITY = {**dict(zip(("force", "moment", "reading", "force and moment"), CATEGORIES)), PAIR: CONTEXT}
@@ -38,7 +39,7 @@ def _title(record: LocationRecord) -> str:
     if record.kind == NONE:
         return "Nothing that was tried explains the data"
     if record.is_spread:
-        return "Something unknown at most places explains the data"
+        return f"Something unknown explains the data, {over_the_shaft(record)}"
     places = [] if record.force is None else [f"{position:g} m" for position in record.force.positions]
     where = f": best at {' and '.join(places)}" if places else ""
     return f"An unknown {record.kind} explains the data{where}"

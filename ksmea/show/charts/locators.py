@@ -15,7 +15,7 @@ FEW, HALF = 2.0, 0.5  # decades: of an axis with ticks at 1, 2 and 5, and of one
 
 
 def plain_ticks(axis: Axis) -> None:
-    """Plain numbers beside an axis whose scale is "log" or "symlog"; to be called when its scale is set. Others stay as they are."""
+    """Plain numbers next to an axis whose scale is "log" or "symlog"; to be called when its scale is set. Others stay as they are."""
     if axis.get_scale() == "log":
         axis.set_major_locator(PlainLogLocator())
     elif axis.get_scale() == "symlog":

@@ -1,4 +1,4 @@
-"""What each candidate of a plan gives by itself, the chosen ones marked: a panel for each family, over speed or position."""
+"""Gain of each candidate of a plan by itself, the chosen ones marked: a panel per family, over speed or position."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def _across(directions: Sequence[str]) -> tuple[str, str] | None:
 
 
 def _read_by(pair: tuple[str, str]) -> Array:
-    """Of x and y by each of two probes, (2, 2)."""
+    """Readings of x and y by each of two probes, (2, 2)."""
     return np.array([cosines(direction) for direction in pair])
 
 
@@ -151,7 +151,7 @@ def _with_phase(values: Array | ComplexArray) -> ComplexArray:
 
 
 def _parts(residuals: Array | ComplexArray, fitted: ComplexArray) -> dict[str, Array]:
-    """Residuals in units of the noise, of a complex one its components beside the fitted response."""
+    """Residuals in units of the noise, of a complex one its components next to the fitted response."""
     if np.iscomplexobj(residuals):
         return dict(zip(COMPONENTS, components(residuals, fitted)))
     return {"amplitude": residuals.real}

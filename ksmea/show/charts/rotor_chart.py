@@ -247,7 +247,7 @@ def _is_crowded(layout: RotorLayout) -> bool:
 
 
 def _drops(layout: RotorLayout) -> list[float]:
-    """How far (m) the words of each disk stand lower than those of others: by two lines beside a near one."""
+    """How far (m) the words of each disk stand lower than those of others: by two lines next to a near one."""
     drops: list[float] = []
     for index, disk in enumerate(layout.disks):
         near = index > 0 and disk.position - layout.disks[index - 1].position < WORDS * layout.length
@@ -262,7 +262,7 @@ def _top(disk: DiskOutline, layout: RotorLayout) -> float:
 
 @dataclass(frozen=True)
 class _Mark:
-    """What is drawn above one place (m): lines of words with their colours."""
+    """Words above one place (m), in lines with their colours."""
 
     place: float
     lines: tuple[tuple[str, str], ...]

@@ -1,4 +1,4 @@
-"""Ticks of logarithmic axes: at 1, 2 and 5 of few decades, else at powers of ten, with plain numbers beside them; an axis that is
+"""Ticks of logarithmic axes: at 1, 2 and 5 of few decades, else at powers of ten, with plain numbers next to them; an axis that is
 linear about 0 and logarithmic beyond. No library that draws is needed."""
 
 from __future__ import annotations

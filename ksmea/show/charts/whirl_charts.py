@@ -61,7 +61,7 @@ def _critical_speed(each: CriticalSpeed) -> str:
 
 
 def _amplifications(critical: Sequence[CriticalSpeed], highest: float) -> Iterator[Words]:
-    """Words beside critical speeds, rising: those of neighbours on different sides, ever further away."""
+    """Words next to critical speeds, rising: those of neighbours on different sides, ever further away."""
     place = 0
     for index, each in enumerate(critical):
         place = place + 1 if index and each.speed - critical[index - 1].speed < NEAR * highest else 0

@@ -27,9 +27,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.signal import savgol_coeffs, savgol_filter
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
@@ -167,7 +166,7 @@ def _least_squares(basis: Array, signals: Array, starts: Indices) -> Array:
 def _turns(pulses: Array, time: Array) -> Array:
     """How many turns after the first pulse, at times between the first and the last."""
     number = np.arange(len(pulses), dtype=float)
-    return np.asarray(CubicSpline(pulses, number)(time))
+    return np.asarray(scipy.interpolate.CubicSpline(pulses, number)(time))
 
 
 def _require_regular(pulses: Array) -> None:
@@ -202,7 +201,7 @@ def evened(pulses: Array) -> Array:
     widths = range(ORDER + 2, min(WIDEST, len(pulses)) + 1, 2)
     enough = (width for width in widths if error * _left(width) < WANTED)
     width = next(enough, max(widths, default=0))
-    return np.asarray(savgol_filter(pulses, width, ORDER)) if width else pulses
+    return np.asarray(scipy.signal.savgol_filter(pulses, width, ORDER)) if width else pulses
 
 
 def _relative_error(pulses: Array) -> float:
@@ -215,4 +214,4 @@ def _relative_error(pulses: Array) -> float:
 
 def _left(width: int) -> float:
     """The error of the slope of a cubic through as many even points of unit error."""
-    return float(np.linalg.norm(savgol_coeffs(width, ORDER, deriv=1)))
+    return float(np.linalg.norm(scipy.signal.savgol_coeffs(width, ORDER, deriv=1)))

@@ -11,8 +11,7 @@ each peak lies at the vertex of a parabola through the logarithms of three lines
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import interp1d
-from scipy.signal import savgol_filter
+import scipy
 
 from ksmea.arrays import Array, Indices
 from ksmea.errors import SettingError
@@ -72,10 +71,14 @@ def speed_in_vibration(time: Array, signals: Array, lowest: float, highest: floa
         )
     found = _vertices(power, lines, course)
     width = min(SMOOTHED, len(found) - (len(found) + 1) % 2)
-    smooth = savgol_filter(found, width, 2) if width > 2 else found
+    smooth = scipy.signal.savgol_filter(found, width, 2) if width > 2 else found
     # straight on to the ends of the record, half a window from the middles of the first and the last
     return np.asarray(
-        np.clip(interp1d(even[starts + length // 2], smooth, fill_value="extrapolate")(time), lowest, highest)
+        np.clip(
+            scipy.interpolate.interp1d(even[starts + length // 2], smooth, fill_value="extrapolate")(time),
+            lowest,
+            highest,
+        )
     )
 
 

@@ -9,7 +9,7 @@ import dataclasses
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self, cast
+from typing import Any, ClassVar, Protocol, Self, cast
 
 import numpy as np
 
@@ -25,12 +25,19 @@ from problems.rotor.extension.extended import ExtendedPhysics
 from problems.rotor.extension.hooks import RotorHooks
 from problems.rotor.extension.sizes import Size, VectorSize, drawn, drawn_either_side, drawn_vector  # noqa: F401 – for effects
 from problems.rotor.finite_elements.bearing import STIFFNESSES
-from problems.rotor.finite_elements.data import SAME_PLACE
+from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget
 
 
 WHOLE_ROTOR, ALL_BEARINGS = "whole rotor", "all bearings"
+
+
+class HasPosition(Protocol):
+    """A part of a rotor at a position along the shaft, m."""
+
+    @property
+    def position(self) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -161,6 +168,20 @@ def is_at(channel: Channel, position: float | None) -> bool:
 def is_near(position: float, other: float) -> bool:
     """Whether two positions (m) are one."""
     return abs(position - other) <= SAME_PLACE
+
+
+def places_of(parts: Iterable[HasPosition], rotor: Rotor) -> list[float]:
+    """Positions of parts of a rotor, each place once, m."""
+    return distinct((part.position for part in parts), rotor)
+
+
+def distinct(positions: Iterable[float], rotor: Rotor) -> list[float]:
+    """Positions, m, without those that differ from an earlier one by rounding."""
+    found: list[float] = []
+    for position in positions:
+        if all(abs(position - other) > SAME_PLACE * rotor.length for other in found):
+            found.append(position)
+    return found
 
 
 def planes(problem: RotorProblem) -> list[float]:

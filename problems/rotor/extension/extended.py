@@ -17,6 +17,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.nonlinear.laws import NonlinearLaw
 from ksmea.numerics.differences import differenced, recent
 from ksmea.plugins.effect import Effect
 from ksmea.plugins.files import snake_case
@@ -59,7 +60,10 @@ class ExtendedPhysics(RotorWithEffects, Physics):
             raise SettingError(
                 "effects: expected probes against the ground beside a sweep of the speed, got some on housings"
             )
-        nonlinear = [site.law.name for effect in self.effects if (site := effect.site_law()) and not site.is_linear]
+        laws = [site.law for effect in self.effects if (site := effect.site_law())]
+        if sweeps and (own := [law.name for law in laws if law.has_own_mode]):
+            raise SettingError(f"effects: expected forces without a mode of their own beside a sweep of the speed, got {own[0]}")
+        nonlinear = [law.name for law in laws if isinstance(law, NonlinearLaw)]
         if nonlinear and (self._turning.are_there or sweeps):
             beside = "a stiffness that turns with the shaft" if self._turning.are_there else "a sweep of the speed"
             raise SettingError(
@@ -171,6 +175,8 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         base = self.base
         own, of_effects = self.parts(x[None])
         inputs, (linear, nonlinear) = base.inputs(own), self.forces(of_effects)
+        moved = [force for force in linear if force[0].law.follows_motion]
+        resonant = [site.law.name for site, _ in moved if site.law.has_own_mode]
 
         def made() -> Rotor:
             rotor = self.changed_rotor(base.rotor_at(own[0]), x[self.costly])
@@ -178,7 +184,10 @@ class ExtendedPhysics(RotorWithEffects, Physics):
 
         def bearings_at(speed: Array) -> tuple[Array, Array, Array]:
             impedance = np.moveaxis(self.bearing_impedance(inputs, speed, of_effects)[:, :, :, 0], -1, 0)
-            return impedance.real, impedance.imag / speed[:, None, None, None], bearing_matrices(inputs, speed)[2]
+            mass = bearing_matrices(inputs, speed)[2]
+            if (added := self.bearing_inertia(of_effects)) is not None:
+                mass = mass + added[..., 0] * (np.arange(mass.shape[1]) < len(base.rotor.bearings))[:, None, None]
+            return impedance.real, impedance.imag / speed[:, None, None, None], mass
 
         return FreeMotion(
             made,
@@ -187,11 +196,14 @@ class ExtendedPhysics(RotorWithEffects, Physics):
             bearings_at,
             highest,
             n_mode,
-            tuple((force[0].position, partial(attached, force)) for force in linear if force[0].law.follows_motion),
+            tuple((force[0].position, partial(attached, force)) for force in moved if not force[0].law.has_own_mode),
             tuple(self.supports(of_effects)),
             inputs.pedestals_of(0),
             tuple(_mark(effect, base) for effect in self.effects),
-            _left_out(self, [site.law.name for site, _ in nonlinear]),
+            (
+                *_left_out(self, [site.law.name for site, _ in nonlinear]),
+                *(f"Free motions leave out the {law}, which has a mode of its own." for law in resonant),
+            ),
         )
 
     def unbalance(self, x: Array) -> dict[float, complex]:

@@ -69,6 +69,10 @@ class RotorHooks(ABC):
         functions of the spin speed. What is a function of the frequency itself is a `support`."""
         return impedance
 
+    def bearing_inertia(self, theta: Array) -> Array | None:
+        """Mass (2, n), kg, that each bearing carries in x and y; None for none. It is felt by the frequency of the motion."""
+        return None
+
     def support(self, theta: Array) -> Support | None:
         """Support of the bearings, in series with each; None for rigid ground."""
         return None

@@ -52,5 +52,5 @@ class NonlinearEffect(RotorEffect):
 
 
 def eccentricity(problem: RotorProblem) -> float:
-    """How far the largest unbalance would move the mass of the rotor, m: the scale of motions beside resonances."""
+    """How far the largest unbalance would move the mass of the rotor, m: the scale of motions next to resonances."""
     return unbalance_scale(problem) / rotor_mass(problem)

@@ -37,7 +37,7 @@ def with_nonlinear_forces(
 
     `columns` (n, n_speed, n_seen, 1 + n_unit) are the motion without and the responses to unit forces in x and y at all sites.
     `at_order` gives responses to these at another harmonic: of the seen channels, and behind them of the sites,
-    (n, n_speed, n_seen + n_unit, n_unit). Raises `SettingError` where there are further columns: to loads there is no response of
+    (n, n_speed, n_seen + n_unit, n_unit). Raises `SettingError` where there are further columns: to loads there is not a response of
     its own.
     """
     if not forces:
@@ -88,7 +88,7 @@ def _begins(motion: ComplexArray) -> ComplexArray:
 def responses_at_order(
     columns: ComplexArray, linear: Sequence[Force], n_seen: int, speed: Array, order: int
 ) -> ComplexArray:
-    """What `with_nonlinear_forces` asks for at an order, with forces by linear laws acting.
+    """What `with_nonlinear_forces` requests at an order, with forces by linear laws acting.
 
     `columns` (n, n_speed, n_seen + n_unit, n_unit) are those without, to unit forces at the sites of linear laws and behind them of
     the others, seen by the channels and at the same sites."""

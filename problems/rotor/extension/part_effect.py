@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
 from ksmea.arrays import Array
-from problems.rotor.extension.effect import SeatedEffect, is_near
+from problems.rotor.extension.effect import SeatedEffect, is_near, places_of
 from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.segments import Disk
@@ -35,7 +35,7 @@ class PartEffect(SeatedEffect, Generic[Part]):
         return problem.is_as_drawn
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        return list(dict.fromkeys(part.position for part in self._all(problem.rotor) if self.has(part)))
+        return places_of((part for part in self._all(problem.rotor) if self.has(part)), problem.rotor)
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         size = float(theta[0])

@@ -18,7 +18,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 from scipy.special import expit
 
 from ksmea.arrays import Array
@@ -61,7 +61,7 @@ def film_coefficients(eccentricity: Array) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=1)
-def _inverse() -> CubicSpline:
+def _inverse() -> scipy.interpolate.CubicSpline:
     """ln(ε/(1 − ε)) as a function of ln S."""
     logit = np.linspace(*LOGIT_RANGE[::-1], N_TABLE)
-    return CubicSpline(np.log(modified_sommerfeld(expit(logit))), logit)
+    return scipy.interpolate.CubicSpline(np.log(modified_sommerfeld(expit(logit))), logit)

@@ -71,7 +71,9 @@ class SiteLaw:
         return -np.stack([self.law.at_motion(coefficients, speed, motion)[0] for motion in unit], axis=-1)
 
     def stiffness_at(self, coefficients: Array, speed: Array, harmonic: float) -> ComplexArray:
-        """The same of a motion at a harmonic of the speed, of which mass and damping are functions."""
+        """K at a harmonic of the speed, of which mass and damping are functions, and all that has a mode of its own."""
+        if self.law.has_own_mode:
+            return self.stiffness(coefficients, harmonic * speed)
         mass, damping, stiffness = attached((self, coefficients), speed)
         frequency = (harmonic * speed)[:, None, None]
         return np.asarray(stiffness + 1j * frequency * damping - frequency**2 * mass, dtype=complex)

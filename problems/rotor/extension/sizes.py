@@ -15,6 +15,7 @@ from ksmea.problem.parameters import Parameter
 from ksmea.units import (
     DEGREE,
     GRAM_MILLIMETRE,
+    HERTZ,
     MICROMETRE,
     MICROMETRE_PER_KILONEWTON,
     MICROSECOND,
@@ -39,6 +40,7 @@ SI_PER_UNIT = {
     "µs": MICROSECOND,
     "g mm": GRAM_MILLIMETRE,
     "deg": DEGREE,
+    "Hz": HERTZ,
     "mrad": MILLIRADIAN,
 }
 

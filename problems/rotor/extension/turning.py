@@ -44,7 +44,7 @@ OF_CONJUGATE = np.array([[1, -1j], [-1j, -1]])  # S: Re(S e^{2iθ}) is [[cos 2θ
 
 @dataclass(frozen=True, eq=False)
 class Acting:
-    """What acts on n parameter sets besides bearings: sizes (n, n_load) of loads by order, at 1X behind those of the unbalance,
+    """What acts on n parameter sets in addition to bearings: sizes (n, n_load) of loads by order, at 1X behind those of the unbalance,
     local forces by linear laws, and κ_m (n, n_order, n_port, n_port), N/m, of the turning stiffness for m = 0, 1, 2 …"""
 
     sizes: Mapping[int, ComplexArray]
@@ -55,7 +55,7 @@ class Acting:
 @dataclass(frozen=True, eq=False)
 class TurningShaft:
     """A rotor whose turning stiffness acts between its `rows` B (n_port, n_dof), with loads (n_speed, n_dof, n_load) N per
-    unit by order besides its unbalance, at order 0 its weight. Local forces act at `sites`, two rows (2, n_dof) each."""
+    unit by order in addition to its unbalance, at order 0 its weight. Local forces act at `sites`, two rows (2, n_dof) each."""
 
     rotor: Rotor
     impedances: tuple[Impedance, ...]
@@ -284,7 +284,7 @@ class TurningEffects:
         return TurningShaft(rotor, impedances, speed, channels, rows, by_order, at_sites)
 
     def acting(self, rotor: Rotor, of_effects: Sequence[Array], sizes: ComplexArray, local: Sequence[Force]) -> Acting:
-        """What acts on a rotor at the values (n, e) of each effect, besides 1X loads of sizes (n, n_load) and local forces."""
+        """What acts on a rotor at the values (n, e) of each effect, in addition to 1X loads of sizes (n, n_load) and local forces."""
         by_order = {0: np.ones((len(sizes), 1), dtype=complex), 1: sizes}
         for order in self._by_order:
             both = (

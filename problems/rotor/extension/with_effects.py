@@ -213,7 +213,16 @@ class RotorWithEffects:
         films = at_harmonic(self.bearing_impedance(inputs, speed, of_effects), harmonic)
         if inputs.own.has_mass:
             films = films - inputs.bearings_at(speed)[2] * (harmonic * speed) ** 2
+        if (added := self.bearing_inertia(of_effects)) is not None:
+            films = films.copy()
+            films[: len(self.base.rotor.bearings)] -= added[..., None] * (harmonic * speed) ** 2
         return films
+
+    def bearing_inertia(self, of_effects: list[Array]) -> Array | None:
+        """Mass (2, 2, n), kg, that effects add to each bearing; None if they add none."""
+        found = [effect.bearing_inertia(values) for effect, values in zip(self.effects, of_effects)]
+        parts = [each for each in found if each is not None]
+        return np.eye(2)[..., None] * np.sum(parts, axis=0) if parts else None
 
     def bearing_impedance(self, inputs: Inputs, speed: Array, of_effects: list[Array]) -> ComplexArray:
         """K + iΩC of bearings and seals, the bearings as effects change them, at spin speeds (n_speed,) rad/s."""

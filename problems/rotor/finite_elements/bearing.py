@@ -22,7 +22,7 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
@@ -67,12 +67,12 @@ class SpeedTable:
         return rows
 
     @cached_property
-    def _interpolator(self) -> PchipInterpolator:
-        return PchipInterpolator(np.array(self.speed), np.array(self.rows), axis=0)
+    def _interpolator(self) -> scipy.interpolate.PchipInterpolator:
+        return scipy.interpolate.PchipInterpolator(np.array(self.speed), np.array(self.rows), axis=0)
 
     @cached_property
     def _kept(self) -> OrderedDict[bytes, Array]:
-        """Rows at the speeds used last, which a fit asks for at each step."""
+        """Rows at the speeds used last, which a fit requests at each step."""
         return OrderedDict()
 
     def beyond(self, speed: Array) -> tuple[float, float] | None:

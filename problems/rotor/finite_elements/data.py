@@ -47,7 +47,7 @@ class HousingProbe:
 
 @dataclass(frozen=True)
 class Hub:
-    """What makes the shaft beneath it stiffer in bending, EI (1 + `stiffening`), over a width about a position."""
+    """A hub that stiffens the shaft beneath it in bending, EI (1 + `stiffening`), over a width about a position."""
 
     position: float  # m
     width: float  # m

@@ -76,7 +76,7 @@ def locate(rotor: Rotor, position: float) -> tuple[int, float]:
 
 
 def diameter_at(rotor: Rotor, position: float) -> float:
-    """Of the shaft at a position (m), m; at a step that to its right."""
+    """Diameter of the shaft at a position (m), m; at a step that to its right."""
     element = element_at(rotor, locate(rotor, position)[0])
     segment = element.segment
     left, right = segment.outer_radius, getattr(segment, "outer_radius_right", None)

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import scipy.linalg
-import scipy.optimize
+import scipy
 
 from ksmea.arrays import Array, ComplexArray
 from problems.rotor.finite_elements.assembly import Matrices, assemble

@@ -1,7 +1,7 @@
 """Free motions of a rotor with whatever its bearings and effects do, at many spin speeds.
 
 The rotor is seen in the space of its lowest modes and of its deflections under forces at its ports, as for its stability
-(`problems/rotor/free_motion/stability.py`); with `N_MODE` modes, frequencies up to the highest one asked for are true within 1e-5.
+(`problems/rotor/free_motion/stability.py`); with `N_MODE` modes, frequencies up to the highest one requested are true within 1e-5.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy.linalg
+import scipy
 from scipy.optimize import brentq
 
 from ksmea.arrays import Array, ComplexArray
@@ -215,7 +215,7 @@ def _oscillates(eigenvalue: ComplexArray) -> Array:
 
 
 def _motions(speed: float, eigenvalue: ComplexArray, coordinates: ComplexArray, rows: Array) -> Motions:
-    """Those that oscillate, read by `rows` (n_place, 2, n_low)."""
+    """Oscillating motions, read by `rows` (n_place, 2, n_low)."""
     oscillating = np.flatnonzero(_oscillates(eigenvalue))
     order = oscillating[np.argsort(eigenvalue[oscillating].imag)]
     shape = np.moveaxis(rows @ coordinates[:, order], -1, 0)  # (n, n_place, 2)

@@ -15,7 +15,7 @@ whose solutions with Ω² > 0 are the critical speeds, all at once. A thin disk 
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.rotordynamics.whirl import Campbell, Mode, direction_of_whirl
@@ -126,7 +126,7 @@ def undamped_critical_speeds(rotor: Rotor, stiffness: float, free: Matrices | No
 
 
 def _critical_speeds(stiffness: Array, free: Matrices, circles: Array) -> Array:
-    """Those of circular whirl, whose motions are the columns of `circles` (n_dof, n)."""
+    """Critical speeds of circular whirl, with motions in the columns of `circles` (n_dof, n)."""
     inertia = (circles.conj().T @ (free.mass - 1j * free.gyroscopic) @ circles).real
     own = (circles.conj().T @ stiffness @ circles).real
     per_squared = scipy.linalg.eigh(inertia, own, eigvals_only=True)  # 1/Ω²

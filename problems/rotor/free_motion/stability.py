@@ -33,7 +33,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import DIRECTIONS
@@ -76,7 +76,7 @@ class LowModes:
     highest: float  # rad/s, up to which the modes reach
 
     def with_attached(self, site: int, mass: Array, damping: Array, stiffness: Array) -> LowModes:
-        """The same rotor with a mass (2, 2), damper and spring (n_speed, 2, 2) at one of its sites."""
+        """Rotor with a mass (2, 2), damper and spring (n_speed, 2, 2) at one of its sites."""
         own, rows = self.matrices, self.sites[2 * site : 2 * site + 2]
         mass, damping, stiffness = (rows.T @ each @ rows for each in (mass, damping, stiffness))
         changed = dataclasses.replace(

@@ -11,7 +11,7 @@ import dataclasses
 from functools import lru_cache
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from ksmea.arrays import Array, Indices
 from problems.rotor.finite_elements import shaft

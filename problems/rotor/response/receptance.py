@@ -121,8 +121,8 @@ def reduce_rotor(
 ) -> Reduction:
     """The receptances of a rotor about nominal impedances as large as those of its bearings, but well damped.
 
-    `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, beside those of the unbalance planes; `rows` (n_row, n_dof)
-    read the motion beside the channels. At a `harmonic` only its own channels read anything. The rotor is solved as the
+    `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, next to those of the unbalance planes; `rows` (n_row, n_dof)
+    read the motion next to the channels. At a `harmonic` only its own channels read anything. The rotor is solved as the
     chain that it is (`problems.rotor.response.banded`), block by block of the speeds.
     """
     nominal = nominal_impedances(rotor, impedances, speed, harmonic)

@@ -175,7 +175,7 @@ class Inputs:
         )
 
     def pedestal_impedances(self, bearings: Iterable[int], frequency: Array) -> dict[int, ComplexArray]:
-        """`pedestal_impedance` of bearings, once for each, however many of its entries are asked for."""
+        """`pedestal_impedance` of bearings, once for each, however many of its entries are requested."""
         return {bearing: self.pedestal_impedance(bearing, frequency) for bearing in set(bearings)}
 
 

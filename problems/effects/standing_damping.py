@@ -1,0 +1,53 @@
+"""Standing damping: the shaft damps along its whole length in proportion to its stiffness, and does not turn with it, C = β K_s.
+
+As many programs have it for the sum of all that nobody models: joints, sleeves, windings (Rayleigh's proportional damping). It damps
+mode n of a shaft on stiff bearings by ζ_n = β ω_n/2, high modes most, where `external_damping` damps low ones. Other than
+`internal_damping`, C_i (q̇ − Ω × q), it damps at any speed and drives nothing. Tried on machines of a drawing.
+
+Lord Rayleigh, The Theory of Sound, vol. 1, 1877, section 97; Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010,
+section 2.6.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ksmea.arrays import Array
+from ksmea.units import MICROSECOND
+from problems.rotor.extension.effect import RotorEffect
+from problems.rotor.extension.sizes import Size
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.segments import CouplingSegment, Segment
+from problems.rotor.response.problem import RotorProblem
+
+LARGEST = 500 * MICROSECOND  # a damping ratio of 5 % at 32 Hz
+NOTICED = (3 * MICROSECOND, 200 * MICROSECOND)  # are drawn
+
+
+@dataclass(frozen=True)
+class StandingDamping(RotorEffect):
+    """The shaft damps along its whole length, in proportion to its stiffness, and the damping stands still."""
+
+    says = "The shaft damps itself, and the damping stands still: {standing_damping} times its stiffness"
+    check_next = "Joints, sleeves and windings; damping that the rotor file leaves out."
+    aliases: ClassVar[Mapping[str, str]] = {
+        "external_damping": "both damp the whole shaft, the one low modes most, the other high ones; several critical speeds",
+        "internal_damping": "that of the turning shaft drives forward whirl above a critical speed; the onset of instability",
+    }
+
+    sizes = (Size("standing_damping", "µs", (0.0, LARGEST), drawn=NOTICED),)
+
+    def is_offered(self, problem: RotorProblem) -> bool:
+        return problem.is_as_drawn
+
+    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
+        def damped(segment: Segment) -> Segment:
+            if isinstance(segment, CouplingSegment):
+                return segment
+            of_mass, of_stiffness = segment.standing_damping
+            return dataclasses.replace(segment, standing_damping=(of_mass, of_stiffness + float(theta[0])))
+
+        return dataclasses.replace(rotor, segments=tuple(map(damped, rotor.segments)))
