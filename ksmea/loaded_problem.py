@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from ksmea.measurement.channel import Channel
 from ksmea.numerics.one_thread import one_blas_thread
 from ksmea.plugins import registry
 from ksmea.plugins.source import ProblemSettings
-from ksmea.problem.parameters import Parameter, Parameters, middles
+from ksmea.problem.parameters import PHASE_ORIGIN, Parameter, Parameters, middles
 from ksmea.problem.problem import Problem
 from ksmea.rotor_drawing import RotorDrawing
 from ksmea.rotordynamics.whirl import Campbell, Mode
@@ -90,9 +90,10 @@ class LoadedProblem:
         units = {item.name: item.si_per_unit for item in self.parameters}
         return {name: value / units[name] for name, value in self.settings.reference().items() if name in units}
 
-    def x(self, values: Mapping[str, float] | None = None) -> Array:
-        """A parameter vector (d,), SI, from values by name; `SettingError` if one has no value."""
-        given = dict(values or {})
+    def x(self, values: Mapping[str, SupportsFloat] | None = None) -> Array:
+        """A parameter vector (d,), SI, from values by name, as numbers or of an identification; `SettingError` if one has no value.
+        The origin of measured phases, which belongs to the data, is passed over."""
+        given = {name: float(value) for name, value in (values or {}).items() if name != PHASE_ORIGIN or name in self.parameters.names}
         for name in given:
             if name not in self.parameters.names:
                 raise unknown("unknown of the problem:", name, self.parameters.names)
@@ -106,7 +107,7 @@ class LoadedProblem:
 
     def response(
         self,
-        values: Mapping[str, float] | None = None,
+        values: Mapping[str, SupportsFloat] | None = None,
         *,
         speed: Array | None = None,
         channels: Sequence[Channel] | None = None,
@@ -121,30 +122,30 @@ class LoadedProblem:
         response: ComplexArray = problem.response(self.x(values)[None])[0]
         return response
 
-    def critical_speeds(self, values: Mapping[str, float] | None = None, *, highest: float | None = None) -> Array:
+    def critical_speeds(self, values: Mapping[str, SupportsFloat] | None = None, *, highest: float | None = None) -> Array:
         """Speeds (rad/s) at which a damped natural frequency equals the speed, up to `highest` (the highest of the
         problem's speeds if not given)."""
         return self.problem.critical_speeds(self.x(values), highest)
 
-    def modes(self, speed: float, values: Mapping[str, float] | None = None, *, n_mode: int = 6) -> tuple[Mode, ...]:
+    def modes(self, speed: float, values: Mapping[str, SupportsFloat] | None = None, *, n_mode: int = 6) -> tuple[Mode, ...]:
         """The first damped modes at a speed (rad/s): frequency, damping ratio, whirl and shape."""
         return self.problem.modes(self.x(values), speed, n_mode)
 
     def campbell(
-        self, speed: Array | None = None, values: Mapping[str, float] | None = None, *, n_mode: int = 6
+        self, speed: Array | None = None, values: Mapping[str, SupportsFloat] | None = None, *, n_mode: int = 6
     ) -> Campbell:
         """Natural frequencies and damping ratios over speed (rad/s), by default from rest to the highest speed."""
         if speed is None:
             speed = np.linspace(0.0, float(self.speed.max()), 51)
         return self.problem.campbell(self.x(values), np.asarray(speed, float), n_mode)
 
-    def stability_threshold(self, values: Mapping[str, float] | None = None, *, highest: float | None = None) -> float:
+    def stability_threshold(self, values: Mapping[str, SupportsFloat] | None = None, *, highest: float | None = None) -> float:
         """The lowest spin speed (rad/s) at which a free motion grows, up to `highest` (the highest of the problem's speeds
         if not given); 0: from rest, infinite: nowhere."""
         return self.problem.stability_threshold(self.x(values), float(self.speed.max()) if highest is None else highest)
 
     @one_blas_thread
-    def draw(self, values: Mapping[str, float] | None = None, **options: Any) -> RotorDrawing:
+    def draw(self, values: Mapping[str, SupportsFloat] | None = None, **options: Any) -> RotorDrawing:
         """The rotor to scale, its Campbell diagram, critical speeds, stability, critical speed map and mode shapes. `options`
         are those of `python -m bench draw`: highest_rpm, speed_rpm, modes, harmonics … An unknown that has no value has the
         middle of its limits, the geometric one where they lie a decade or more apart.
@@ -159,10 +160,10 @@ class LoadedProblem:
         remarks = _middles_in_words(taken)
         return RotorDrawing(rotordynamics(self.problem, x, chosen, title=self.name, remarks=remarks))
 
-    def middles(self, values: Mapping[str, float] | None = None) -> dict[str, float]:
+    def middles(self, values: Mapping[str, SupportsFloat] | None = None) -> dict[str, float]:
         """Of the unknowns that have neither one of these values nor a published one, the middles of their limits in their
         units, the geometric ones where these lie a decade or more apart."""
-        known = self.reference | dict(values or {})
+        known = self.reference | dict.fromkeys(values or {}, 0.0)
         return middles(self.parameters, [each.name for each in self.parameters if each.name not in known])
 
     def with_settings(self, **settings: Any) -> LoadedProblem:

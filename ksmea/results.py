@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -73,7 +74,7 @@ class Result(ABC, Generic[AnyRecord]):
 
 @dataclass(frozen=True)
 class Value:
-    """A value with its interval, in `unit`; an end that is None is open."""
+    """A value with its interval, in `unit`; an end that is None is open. It is a number where one is wanted: `float(value)`."""
 
     name: str
     unit: str
@@ -81,14 +82,24 @@ class Value:
     low: float | None
     high: float | None
 
+    def __float__(self) -> float:
+        return self.value
+
     def __str__(self) -> str:
         low, high = ("–" if end is None else f"{end:.5g}" for end in (self.low, self.high))
         return f"{self.name} = {self.value:.5g} {self.unit} [{low}, {high}]"
 
 
 @dataclass(frozen=True)
-class IdentificationResult(Result[IdentificationRecord]):
-    """Identified values with their intervals; `result["kxx"]` is one of them."""
+class IdentificationResult(Result[IdentificationRecord], Mapping[str, Value]):
+    """Identified values with their intervals by name: `found["kxx"]` is one of them, `dict(found)` has all, and
+    `rotor.response(found)` is the response at them."""
+
+    def __iter__(self) -> Iterator[str]:
+        return (item.name for item in self.record.parameters)
+
+    def __len__(self) -> int:
+        return len(self.record.parameters)
 
     def __getitem__(self, name: str) -> Value:
         for item in self.record.parameters:

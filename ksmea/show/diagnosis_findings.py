@@ -32,6 +32,7 @@ NEAR = 6.0  # ΔBIC within which two explanations cannot be distinguished (Kass 
 LEAST_FLOOR = 0.01 * MICROMETRE  # of noise that is said
 RESOLUTION = 4001  # simulated residuals of the lack-of-fit test, with the measured ones: its smallest p is one of them
 DEGREES = "deg"  # of an angle no part is known
+EVERYWHERE = (UNSAID, "all bearings")  # locations that the name of a cause implies
 WHOLE = 3.0  # of a half-width: a speed has no decimals
 ALIKE = 2.0  # factor within which relative half-widths are said together
 TIMES, UP_TO = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
@@ -95,7 +96,8 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
     """How sure the finding is: at most four numbers, each with what it says."""
     statement = record.applied[0].statement if record.is_explained and record.applied else None
     if statement is not None and (ends := statements.intervals(statement, notation)):
-        yield ends, f"95 % interval of {'its size and angle' if '°' in ends else 'its size'}"
+        has_angle = any(f"{{{name}" in statement.sentence and size.angle is not None for name, size in statement.sizes.items())
+        yield ends, f"95 % interval of its size{' and angle' if has_angle else ''}"
     if record.is_explained and (found := others(record)):
         least = min((each for each in found if each.trial.effect not in record.ambiguity_group), key=_multiple, default=None)
         if least is not None:
@@ -220,7 +222,7 @@ def chance(quality: FitQualityRecord) -> str:
 def cause(trial: TrialRecord) -> str:
     """An effect with its location: 'unbalance at 1 m', 'rotor mass'."""
     words = trial.words or trial.effect.replace("_", " ")
-    return words if trial.location == UNSAID else f"{words} {_at(trial.location)}"
+    return words if trial.location in EVERYWHERE else f"{words} {_at(trial.location)}"
 
 
 def verdict_line(record: DiagnosisRecord) -> str:
