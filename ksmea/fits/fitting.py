@@ -230,26 +230,40 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
 
 
 def fit_along(case: Case, baseline: BaselineFits, path: Array, effort: Effort) -> Fit:
-    """Fit of an effect with one unknown from the best points on a path and of screenings.
+    """Fit of an effect from the best points on a path and of screenings.
 
-    The path consists of fits at values (n, 1) SI of the effect's unknown, each from the end of the last one, the first from the
-    fit of the baseline model. Screenings are made at the values of the last decade.
+    The path consists of fits at values (n, e) SI of the effect's unknowns, each from the end of the last one, the first from the
+    fit of the baseline model. Of several unknowns each one without a prior then follows its part of the path alone, from the best
+    point so far. Screenings are made at the values of the last decade; if all unknowns have priors, at the last ones.
     """
     likelihood, d = likelihood_of(case), baseline.best.likelihood.d
-    item = case.problem.parameters.items[d]
-    values = (path - item.lower) / (item.upper - item.lower)
-    theta = start_nearby(case.problem, baseline.best)
-    points: list[Point] = []
-    for value in values:
-        theta = np.concatenate([theta[:d], value, theta[d + 1 :]])
-        points.append(maximise(likelihood, theta, fixed=d, max_iterations=PATH_ITERATIONS, tolerance=1e-2))
-        theta = points[-1].theta
+    e = path.shape[1]
+    items = case.problem.parameters.items[d : d + e]
+    lower, upper = np.array([[item.lower, item.upper] for item in items]).T
+    values = (path - lower) / (upper - lower)
+    points = _points_along(likelihood, start_nearby(case.problem, baseline.best), d, values)
+    free = [column for column, item in enumerate(items) if item.prior is None]
+    for column in free if e > 1 else []:
+        theta = min(points, key=lambda point: point.deviance).theta
+        alone = np.tile(theta[d : d + e], (len(values), 1))
+        alone[:, column] = values[:, column]
+        points += _points_along(likelihood, theta, d, alone)
     best = sorted(points, key=lambda point: point.deviance)[: effort.survivors]
-    last = values[np.abs(path[:, 0]) >= LAST_DECADE * np.abs(path[-1, 0])]
+    last = values[np.abs(path[:, 0]) >= LAST_DECADE * np.abs(path[-1, 0])] if free else values[-1:]
     screened = screened_at(case, baseline.screened.thinned(effort.scan), last)
     starts = [likelihood.start(u) for u in screened.apart(effort.starts, START_DISTANCE).points]
     points = [maximise(likelihood, point.theta, tolerance=1e-4) for point in best] + _maxima(likelihood, starts, effort)
     return Fit(likelihood, min(points, key=lambda point: point.deviance))
+
+
+def _points_along(likelihood: Likelihood, theta: Array, d: int, values: Array) -> list[Point]:
+    """Fits at values (n, e) in the unit cube of the unknowns from d on, each from the end of the last one, the first from θ (p,)."""
+    fixed, points = np.arange(d, d + values.shape[1]), []
+    for value in values:
+        theta = np.concatenate([theta[:d], value, theta[fixed[-1] + 1 :]])
+        points.append(maximise(likelihood, theta, fixed=fixed, max_iterations=PATH_ITERATIONS, tolerance=1e-2))
+        theta = points[-1].theta
+    return points
 
 
 def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:

@@ -153,7 +153,7 @@ def diagnosis(
     refuse_differences(case.measurement, "diagnose")
     options = options or DiagnosisOptions()
     found = diagnose(case, effects, Search(rng, options.effort, workers), options.criteria)
-    stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
+    stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement))
     problem = case.problem
     remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated)
     record = diagnosis_record(found, fine=report.fine)

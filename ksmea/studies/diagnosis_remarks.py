@@ -1,16 +1,19 @@
 """Remarks of a diagnosis: on noise that was stated too small or too large, and on the rate of a sweep.
 
-A rate that a diagnosis finds is compared with the one that times or rows give, which the fit has not used.
+A rate that a diagnosis finds is compared with the rate that rows give, which the fit does not use, or by its pull with the rate that times
+give, which is known to a tolerance.
 """
 
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
 from ksmea.diagnosis.diagnosis import Diagnosis
 from ksmea.fits.lack_of_fit import is_stated_too_large
+from ksmea.inference.input_budget import critical_pull
 from ksmea.measurement.measurement import Measurement
-from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
+from ksmea.measurement.speeds import ACCELERATION, SpeedHistory, rate_name
 from ksmea.units import RPM
 
 
@@ -40,8 +43,18 @@ def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[st
     return ()
 
 
-def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, ...]:
-    """Whether the two rates agree, and whether the speed went at a constant one; nothing where no rate is known."""
+def sweep_remarks(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
+    """Remarks on the rate of each run; none where no rate is known."""
+    if measurement.campaign is None:
+        return _rate_remarks(found, measurement.history, ACCELERATION)
+    runs = measurement.campaign.runs
+    return tuple(
+        f"run {run.name}: {remark}" for run in runs for remark in _rate_remarks(found, run.history, rate_name(run.name))
+    )
+
+
+def _rate_remarks(found: Diagnosis, history: SpeedHistory | None, name: str) -> tuple[str, ...]:
+    """Whether a fitted rate and that of times or rows agree, and whether the speed went at a constant one."""
     if history is None or history.rates is None or history.rate is None:
         return ()
     given = "the times give" if history.from_times else "the rows, if each is a turn of the shaft, give"
@@ -52,11 +65,17 @@ def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, 
             f"{given} {first:.3g} rpm/s in the first half of the run and {second:.3g} rpm/s in the second: a sweep at a constant"
             " rate is an approximation"
         )
-    if found.best is None or found.best_estimate is None or ACCELERATION not in found.best.problem.parameters.names:
+    if found.best is None or found.best_estimate is None or name not in found.best.problem.parameters.names:
         return tuple(said)
-    index = found.best.problem.parameters.names.index(ACCELERATION)
+    index = found.best.problem.parameters.names.index(name)
     interval, rate = found.best_estimate.intervals[index], found.best_estimate.x[index]
+    prior, spread = found.best.problem.parameters.items[index].prior, ""
     agree = interval.low <= history.rate <= interval.high
+    if prior is not None:
+        sd = (interval.high - interval.low) / (2 * scipy.stats.norm.isf((1 - found.interval_level) / 2))
+        learnt = np.sqrt(max(prior.sd**2 - sd**2, 0.0))
+        agree, spread = abs(rate - prior.value) <= critical_pull(1) * learnt, f" ± {prior.sd / RPM:.2g}"
     verdict = "they agree" if agree else "they disagree, as where the model lacks something besides the sweep"
     fitted = f"{rate / RPM:.3g} [{interval.low / RPM:.3g}, {interval.high / RPM:.3g}]"
-    return (*said, f"{given} {history.rate / RPM:.3g} rpm/s, the fit {fitted} rpm/s: {verdict}")
+    fit = "the fit" if prior is None else "the fit with these times"
+    return (*said, f"{given} {history.rate / RPM:.3g}{spread} rpm/s, {fit} {fitted} rpm/s: {verdict}")
