@@ -19,6 +19,7 @@ from ksmea.extended_model import extended_yaml, located_yaml
 from ksmea.loaded_problem import YAML, LoadedProblem
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.numerics.one_thread import one_blas_thread
 from ksmea.numerics.parallel import Workers
 from ksmea.plugins import registry
 from ksmea.plugins.identification import Method, Streams
@@ -81,6 +82,7 @@ class SyntheticData:
     hidden: tuple[HiddenEffect, ...]
 
 
+@one_blas_thread
 def synthetic_measurement(
     problem: LoadedProblem,
     *,
@@ -117,6 +119,7 @@ def synthetic_measurement(
 Data = Measurement | SyntheticData
 
 
+@one_blas_thread
 def identify(
     problem: LoadedProblem | Problem,
     measurement: Data,
@@ -146,7 +149,7 @@ def identify(
     >>> result["kxx"].low < 50.0 < result["kxx"].high
     True
 
-    Raises `SettingError` where problem and measurement do not belong together.
+    Raises `SettingError` if problem and measurement do not belong together.
     """
     case = _case(problem, measurement)
     if isinstance(method, str):
@@ -169,6 +172,7 @@ def identify(
     return IdentificationResult(record)
 
 
+@one_blas_thread
 def identifiability(
     problem: LoadedProblem,
     *,
@@ -201,6 +205,7 @@ def identifiability(
     return IdentifiabilityResult(identifiability_study(point, options))
 
 
+@one_blas_thread
 def plan(
     problem: LoadedProblem,
     target: str | None = None,
@@ -231,6 +236,7 @@ def plan(
     return PlanResult(planning_study(point, options))
 
 
+@one_blas_thread
 def diagnose(
     problem: LoadedProblem,
     measurement: Data,
@@ -253,7 +259,7 @@ def diagnose(
     >>> ksmea.diagnose(rotor, data, effects=["runout", "mass"]).verdict
     'adequate'
 
-    Raises `SettingError` where problem and measurement do not belong together, or no effect has a location on the problem.
+    Raises `SettingError` if problem and measurement do not belong together, or no effect has a location on the problem.
     """
     case = _case(problem, measurement)
     options = DiagnosisOptions(**settings)
@@ -264,6 +270,7 @@ def diagnose(
     return DiagnosisResult(record, extended_yaml(problem.name, _own(problem), record, about_extension(record)))
 
 
+@one_blas_thread
 def locate(
     problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0, workers: int = 1, **settings: Any
 ) -> LocationResult:
@@ -281,7 +288,7 @@ def locate(
     >>> found.record.kind, found.sites
     ('force', (1.0,))
 
-    Raises `SettingError` where problem and measurement do not belong together, or the data are too few to tell.
+    Raises `SettingError` if problem and measurement do not belong together, or the data are too few to tell.
     """
     case, shared = _case(problem, measurement), _workers(workers)
     record = location(case, _generator(rng), options=LocationOptions(**settings), workers=shared)
@@ -290,6 +297,7 @@ def locate(
     return LocationResult(record, located_yaml(problem.name, _own(problem), record, about_law(record)))
 
 
+@one_blas_thread
 def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResult:
     """Influence coefficients, unknown weights and correction weights of a campaign, without a model of the rotor.
 

@@ -141,7 +141,7 @@ def listed(names: list[str]) -> str:
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.4) -> str | None:
-    """The known name that a wrong one comes nearest to, in upper or lower case; None where none is alike by the ratio `cutoff`.
+    """The known name that a wrong one comes nearest to, in upper or lower case; None if none is alike by the ratio `cutoff`.
 
     >>> nearest("lm", ["DE", "LM"]), nearest("Kriging+de", ["DE", "Kriging + DE"]), nearest("x", ["DE"])
     ('LM', 'Kriging + DE', None)

@@ -16,7 +16,7 @@ EXPLAINED = ("named", "ambiguous")  # verdicts with effects that an extended mod
 
 
 def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecord, remarks: Sequence[str]) -> str:
-    """The file of the extended model, its estimates as reference values; empty where the verdict names no effect.
+    """The file of the extended model, its estimates as reference values; empty if the verdict names no effect.
 
     `name` and `settings` are those of the problem that was diagnosed, `remarks` what the file says of itself in its first
     lines (`ksmea.show.diagnosis_text.about_extension`).
@@ -30,7 +30,7 @@ def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecor
 
 
 def located_yaml(name: str, settings: Mapping[str, Any], record: LocationRecord, remarks: Sequence[str]) -> str:
-    """The same of a location, with the law that holds at its site (`ksmea.show.location_text.about_extension`); empty where none
+    """The same of a location, with the law that holds at its site (`ksmea.show.location_text.about_extension`); empty if none
     does."""
     extension = record.extension
     return "" if extension is None else _document(name, settings, [extension.effect], extension.values, remarks)

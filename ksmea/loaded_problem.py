@@ -18,6 +18,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement.channel import Channel
+from ksmea.numerics.one_thread import one_blas_thread
 from ksmea.plugins import registry
 from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter, Parameters, middles
@@ -85,12 +86,12 @@ class LoadedProblem:
 
     @property
     def reference(self) -> dict[str, float]:
-        """Published values by name, in the units of the unknowns; none where nothing is published."""
+        """Published values by name, in the units of the unknowns; none if nothing is published."""
         units = {item.name: item.si_per_unit for item in self.parameters}
         return {name: value / units[name] for name, value in self.settings.reference().items() if name in units}
 
     def x(self, values: Mapping[str, float] | None = None) -> Array:
-        """A parameter vector (d,), SI, from values by name; `SettingError` where one has no value."""
+        """A parameter vector (d,), SI, from values by name; `SettingError` if one has no value."""
         given = dict(values or {})
         for name in given:
             if name not in self.parameters.names:
@@ -112,7 +113,7 @@ class LoadedProblem:
     ) -> ComplexArray:
         """Unbalance response (n_speed, n_channel), complex, m 0-peak, under Re(q e^{iΩt}).
 
-        `speed` (rad/s) and `channels` are the problem's own where they are not given.
+        `speed` (rad/s) and `channels` are the problem's own if they are not given.
         """
         problem = self.problem
         if speed is not None or channels is not None:
@@ -142,6 +143,7 @@ class LoadedProblem:
         if not given); 0: from rest, infinite: nowhere."""
         return self.problem.stability_threshold(self.x(values), float(self.speed.max()) if highest is None else highest)
 
+    @one_blas_thread
     def draw(self, values: Mapping[str, float] | None = None, **options: Any) -> RotorDrawing:
         """The rotor to scale, its Campbell diagram, critical speeds, stability, critical speed map and mode shapes. `options`
         are those of `python -m bench draw`: highest_rpm, speed_rpm, modes, harmonics … An unknown that has no value has the

@@ -143,7 +143,7 @@ class PlanResult(Result[PlanningRecord]):
 class DiagnosisResult(Result[DiagnosisRecord]):
     """What the model gets wrong, which effect explains it, and what the extended model is worth on left-out data.
 
-    `extended_yaml` is the file of the extended model, empty where the verdict names no effect: `load_problem` takes it.
+    `extended_yaml` is the file of the extended model, empty if the verdict names no effect: `load_problem` takes it.
     """
 
     extended_yaml: str = ""
@@ -167,7 +167,7 @@ class DiagnosisResult(Result[DiagnosisRecord]):
 
     @property
     def location(self) -> LocationResult | None:
-        """What is found without the library; None where the model is adequate, or the data are too few."""
+        """What is found without the library; None if the model is adequate, or the data are too few."""
         found = self.record.location
         return None if found is None else LocationResult(found, self.extended_yaml if self.verdict == "located" else "")
 
@@ -184,7 +184,7 @@ class LocationResult(Result[LocationRecord]):
     """Where something acts that the model lacks, and what it does there; `sites` are the accepted positions, m, of a
     pair of forces both.
 
-    `extended_yaml` is the file of the model with the law that holds, empty where none does: `load_problem` takes it.
+    `extended_yaml` is the file of the model with the law that holds, empty if none does: `load_problem` takes it.
     """
 
     extended_yaml: str = ""

@@ -37,7 +37,7 @@ class RotorDrawing:
         return drawn(stability_chart(self.record), axes)
 
     def plot_speed_map(self, axes: Axes | None = None) -> Figure:
-        """Undamped critical speeds over the stiffness of the bearings. `SettingError` where they do not hold the rotor."""
+        """Undamped critical speeds over the stiffness of the bearings. `SettingError` if they do not hold the rotor."""
         return drawn(speed_map_chart(self.record), axes)
 
     def plot_orbits(self) -> Figure:

@@ -41,6 +41,7 @@ from ksmea.measurement.campaign import Campaign, Run
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.measurement.notation import of_text
 from ksmea.measurement.speeds import SpeedHistory
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.settings.document import Block, inside
@@ -91,7 +92,7 @@ class CampaignFile(MeasurementSource):
 
     @property
     def noise(self) -> Noise | None:
-        """The noise as the files state it, datum by datum; None where they do not."""
+        """The noise as the files state it, datum by datum; None if they do not."""
         sigma = [run.sigma for run in self._runs if run.sigma is not None]
         return Noise(0.0, np.concatenate(sigma)) if sigma else None
 
@@ -136,6 +137,7 @@ class CampaignFile(MeasurementSource):
             phase_known=False,
             campaign=self._campaign,
             time=np.concatenate(times) if len(times) == len(self._runs) else None,
+            notation=of_text(self._contents[self._document.runs[0].file].decode("utf-8-sig", "replace")),
         )
 
     @property
@@ -197,7 +199,7 @@ class CampaignFile(MeasurementSource):
         if self._document.is_one_file:
             rows = inside(entry.block, "name", partial(rows_of_run, rows, entry.name, entry.file))
         elif rows.run is not None:
-            raise entry.block.error("file", f"{entry.file}: expected one run, got a column run; give file beside runs")
+            raise entry.block.error("file", f"{entry.file}: expected one run, got a column run; give file next to runs")
         return inside(entry.block, "", partial(self._run_up, rows, entry))
 
     def _run_up(self, rows: Rows, entry: RunEntry) -> RunUp:
@@ -227,7 +229,7 @@ def _direction(entry: RunEntry, run: RunUp) -> str:
 
 
 def _alike(entry: RunEntry, run: RunUp, first: RunUp) -> RunUp:
-    """A run with its channels in the order of the first; `SettingError` where it has other ones, or is of another kind."""
+    """A run with its channels in the order of the first; `SettingError` if it has other ones, or is of another kind."""
     if set(run.channels) != set(first.channels):
         raise entry.block.error(
             "file",

@@ -25,7 +25,7 @@ NAME = re.compile(r"[\w.-]+")  # of a run; an unknown of its own is called name@
 
 @dataclass(frozen=True)
 class RunEntry:
-    """A run as the file describes it: speeds in rpm, None where all of its file are used."""
+    """A run as the file describes it: speeds in rpm, None if all of its file are used."""
 
     block: Block
     name: str
@@ -109,7 +109,7 @@ def _unknown_weight(block: Block, of_planes: Mapping[float, Stated]) -> UnknownW
     block.check_keys(["position"], ["at_most_g_mm", "at_most", "g_mm", "size", "angle_deg"])
     if "angle_deg" in block.values:
         raise block.error(
-            "angle_deg", "expected g_mm beside it; a weight of unknown size has no known angle: leave it out"
+            "angle_deg", "expected g_mm with it; a weight of unknown size has no known angle: omit it"
         )
     position, at_most = block.number("position", "m"), None
     if "at_most_g_mm" in block.values:

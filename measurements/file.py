@@ -44,6 +44,7 @@ from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.measurement.notation import Notation, of_text
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.settings.settings import setting
 from measurements.common_speeds import averaged
@@ -104,7 +105,7 @@ class File(Answers, MeasurementSource):
 
     @property
     def noise(self) -> Noise | None:
-        """The noise as the file states it, datum by datum; None where it does not."""
+        """The noise as the file states it, datum by datum; None if it does not."""
         return None if self._run_up.sigma is None else Noise(0.0, self._run_up.sigma)
 
     @property
@@ -113,7 +114,7 @@ class File(Answers, MeasurementSource):
 
     @property
     def time(self) -> Array | None:
-        """When each speed was passed, (n_speed,) s, speeds rising; None where the file does not say."""
+        """When each speed was passed, (n_speed,) s, speeds rising; None if the file does not say."""
         return self._run_up.time
 
     @property
@@ -121,6 +122,11 @@ class File(Answers, MeasurementSource):
         """Remarks on what was decided about the file and left out of it."""
         alone = () if self.kind == "complex" else (AMPLITUDES_ALONE,)
         return (*self._prepared[1], *self._run_up.remarks, *alone)
+
+    @property
+    def notation(self) -> Notation:
+        """Units, detection, sign of phases and names of probes of the file."""
+        return self._read_rows[3]
 
     @property
     def used_rows(self) -> Rows:
@@ -148,6 +154,7 @@ class File(Answers, MeasurementSource):
             name,
             phase_known=False,
             history=run_up.history,
+            notation=self.notation,
         )
 
     @classmethod
@@ -168,20 +175,20 @@ class File(Answers, MeasurementSource):
         return self._opened.content(MOST_BYTES if self.format == "waveform" else MAX_BYTES)
 
     @cached_property
-    def _read_rows(self) -> tuple[Rows, tuple[str, ...], bool]:
-        """The rows as they stand in the file, the remarks on them, and whether slow roll is subtracted there."""
+    def _read_rows(self) -> tuple[Rows, tuple[str, ...], bool, Notation]:
+        """The rows as they stand in the file, the remarks on them, whether slow roll is subtracted there, and its notation."""
         if self.format != OWN:
             return foreign_rows(self._opened, self)
         text = text_of(self._bytes, self.path)
         rows = rows_of(text, self.path)
         if self.phase == "none":
             rows = dataclasses.replace(rows, phase=None)
-        return rows, (), bool(HAS_NO_SLOW_ROLL.search(text))
+        return rows, (), bool(HAS_NO_SLOW_ROLL.search(text)), of_text(text)
 
     @cached_property
     def _prepared(self) -> tuple[Rows, tuple[str, ...]]:
         """The rows after all steps that the settings request, one after the other, and the remarks on these steps."""
-        rows, read_remarks, is_compensated = self._read_rows
+        rows, read_remarks, is_compensated, _ = self._read_rows
         remarks: list[str | None] = [*read_remarks]
         if self.sweep not in (None, ANY):
             rows, remark = rows_of_sweep(rows, str(self.sweep), self.path)

@@ -86,7 +86,7 @@ def rows_of_run(rows: Rows, name: str, path: str) -> Rows:
 
 
 def read_bytes(path: str, most: int = MAX_BYTES) -> bytes:
-    """The content of a file of at most so many bytes; `SettingError` where there is none, it cannot be read or is too large."""
+    """The content of a file of at most so many bytes; `SettingError` if there is none, it cannot be read or is too large."""
 
     def too_large(size: int) -> str:
         if most > MAX_BYTES:
@@ -99,7 +99,7 @@ def read_bytes(path: str, most: int = MAX_BYTES) -> bytes:
 
 
 def text_of(content: bytes, path: str) -> str:
-    """The content as text; `SettingError` where it is no UTF-8."""
+    """The content as text; `SettingError` if it is no UTF-8."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise SettingError(f"{path}: expected a text in UTF-8, got UTF-16; save it as 'CSV UTF-8'")
     if b"\0" in content:
@@ -214,7 +214,7 @@ def _refuse_count(where: str, cells: Sequence[str], names: Sequence[str]) -> NoR
 
 
 def _value(where: str, name: str, cell: str, factor: float) -> float | str | None:
-    """A cell as a number, times a factor, or direction; None where an optional one is empty."""
+    """A cell as a number, times a factor, or direction; None if an optional one is empty."""
     if name == "direction":
         return cell if cell in DIRECTIONS else _direction(where, cell)
     if not cell and name in OPTIONAL:
@@ -254,7 +254,7 @@ def _refuse_number(where: str, name: str, cell: str) -> NoReturn:
 
 
 def _full_or_none(path: str, name: str, lines: Sequence[int], values: list[Any]) -> list[Any] | None:
-    """A column that is full, or None where it is empty throughout."""
+    """A column that is full, or None if it is empty throughout."""
     given = next((line for line, value in zip(lines, values) if value is not None), None)
     if given is None:
         return None

@@ -63,7 +63,7 @@ def interpolated(speed: Array, values: Array | ComplexArray, sigma: Array | None
 
 
 def _cubic(speed: Array, values: Array | ComplexArray, right: Indices, at: Array) -> Array | ComplexArray:
-    """Lagrange's polynomial through the four rows about each speed, or through fewer where there are no more."""
+    """Lagrange's polynomial through the four rows about each speed, or through fewer if there are no more."""
     n_node = min(4, len(speed))
     first = np.clip(right - 2, 0, len(speed) - n_node)
     nodes = first[:, None] + np.arange(n_node)

@@ -57,7 +57,7 @@ def has_both(rows: Rows) -> bool:
 
 
 def rows_of_sweep(rows: Rows, sweep: str, path: str) -> tuple[Rows, str]:
-    """The rows in which the speed goes up, or down, and a remark on the others. Raises `SettingError` where there is no such
+    """The rows in which the speed goes up, or down, and a remark on the others. Raises `SettingError` if there is no such
     part or there are several."""
     speed, kept = np.array(rows.speed), []
     sense = 1 if sweep == UP else -1
@@ -76,7 +76,7 @@ def rows_of_sweep(rows: Rows, sweep: str, path: str) -> tuple[Rows, str]:
 
 
 def require_one_way(rows: Rows, path: str) -> None:
-    """Raise `SettingError` where the speed turns back and nobody has said what is meant."""
+    """Raise `SettingError` if the speed turns back and nobody has said what is meant."""
     if has_both(rows):
         raise OpenQuestion(
             f"{path}: expected speeds that rise or fall throughout, got both; give sweep=up or sweep=down for one part of the"
@@ -95,7 +95,7 @@ STRAIGHTER = 3.0  # times as near as those of a speed that rises evenly from row
 
 
 def speed_history(speed: Array, time: Array | None) -> SpeedHistory | None:
-    """Of speeds (n,) rad/s in the order of their rows, with times (n,) s or none; None where they are no sweep."""
+    """Of speeds (n,) rad/s in the order of their rows, with times (n,) s or none; None if they are no sweep."""
     steps = np.diff(speed)
     if time is not None and len(speed) >= FEWEST and time[-1] > time[0]:
         return _timed(speed, time) if _is_one_way(speed) else None

@@ -72,10 +72,10 @@ class Synthetic(MeasurementSource):
         True, "tell the identification the noise's level; false: it is estimated, relative part and floor together"
     )
     stated: float = setting(
-        1.0, "noise that the identification is told, in parts of what is drawn, where it is told any", above=0
+        1.0, "factor on the noise level that is given to the identification, if it is given", above=0
     )
     phase_known: bool = setting(
-        True, "where the phases of complex responses begin; false: not known, one more unknown, as with measured phases"
+        True, "whether the phase origin is known; false: one more unknown, as with measured phases"
     )
     mesh: int | None = setting(
         None, "number of elements of the model that makes the data; null: the problem's", at_least=1
@@ -104,7 +104,7 @@ class Synthetic(MeasurementSource):
     )
     harmonics: list[float] = setting(
         [],
-        "multiples of the speed of rotation that each probe is read at besides 1X, such as [2,3]; with complex data and a floor,"
+        "multiples of the speed of rotation that each probe is read at in addition to 1X, such as [2,3]; with complex data and a floor,"
         " since a model without effects has no response there",
     )
     runs: list[str] = setting(
@@ -141,7 +141,7 @@ class Synthetic(MeasurementSource):
         if self.harmonics and (Observable(self.kind) is not Observable.COMPLEX or not self.floor):
             raise SettingError(
                 f"harmonics: expected kind=complex and a floor above 0, got kind={self.kind} and {self.floor:g} µm; amplitudes and"
-                " noise relative to a response say nothing where there is none"
+                " noise relative to a response are zero if it is zero"
             )
         if len(set(self.harmonics)) < len(self.harmonics) or 1 in self.harmonics:
             raise SettingError(f"harmonics: expected each once and none of them 1, got {self.harmonics}; leave it out")
@@ -355,7 +355,7 @@ def _unstable(where: str, problem: Problem, x: Array) -> SettingError:
     since = f"from {threshold / RPM:.0f} rpm" if threshold else "from rest"
     return SettingError(
         f"expected a rotor that is stable up to its highest measured speed, {highest / RPM:.0f} rpm, got one whose"
-        f" free motions grow {since}, where no steady response exists; give other values",
+        f" free motions grow {since}, without a steady response; give other values",
         setting=where,
     )
 

@@ -40,7 +40,7 @@ class Chain(Optimizer):
     )
 
     def check(self) -> None:
-        """Raise `SettingError` where there is no such optimiser, or it has no such setting."""
+        """Raise `SettingError` if there is no such optimiser, or it has no such setting."""
         _ = self._optimizers
 
     @cached_property

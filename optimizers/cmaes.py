@@ -37,7 +37,7 @@ class CMAES(Optimizer):
     """
 
     evaluations: int = setting(
-        10_100, "points after which no generation begins; as many as de, pso and ga ask for", at_least=1
+        10_100, "points after which no generation begins; default: the number of de, pso and ga", at_least=1
     )
     step: float = setting(
         0.25, "initial standard deviation of each coordinate, in widths of the limits", above=0.0, at_most=1.0

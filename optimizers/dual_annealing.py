@@ -28,7 +28,7 @@ class DualAnnealing(Optimizer):
 
     evaluations: int = setting(
         10_100,
-        "points after which neither a step nor a local search begins; as many as de, pso and ga ask for",
+        "points after which neither a step nor a local search begins; default: the number of de, pso and ga",
         at_least=1,
     )
     initial_temp: float = setting(5230.0, "temperature at the beginning", source="scipy", above=0.01, at_most=5e4)

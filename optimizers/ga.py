@@ -127,7 +127,7 @@ class GA(Optimizer):
                 individual.fitness.values = (value,)
 
     def check_dimension(self, dim: int) -> None:
-        """Raise `SettingError` where the bits are not shared among `dim` parameters."""
+        """Raise `SettingError` if the bits are not shared among `dim` parameters."""
         if len(self._shared(dim)) != dim:
             raise SettingError(
                 f"bits: expected one entry for each of {dim} parameters, got {len(self._shared(dim))} entries; leave it null"

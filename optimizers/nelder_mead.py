@@ -26,7 +26,7 @@ class NelderMead(Optimizer):
     Points outside the unit cube are moved to its nearest limit. It evaluates one point at a time.
     """
 
-    evaluations: int = setting(10_100, "points of all starts; as many as de, pso and ga ask for", at_least=1)
+    evaluations: int = setting(10_100, "points of all starts; default: the number of de, pso and ga", at_least=1)
     adaptive: bool = setting(False, "coefficients that depend on the dimension", source="Gao & Han 2012")
     xatol: float = setting(1e-8, "size of the simplex that ends a start, in widths of the limits", above=0.0)
     fatol: float = setting(1e-10, "difference of misfits that ends a start where the simplex is small too", above=0.0)

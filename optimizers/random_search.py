@@ -19,7 +19,7 @@ from ksmea.settings.settings import setting
 class RandomSearch(Optimizer):
     """Points drawn uniformly from the unit cube."""
 
-    evaluations: int = setting(10_100, "points drawn; as many as de, pso and ga ask for", at_least=1)
+    evaluations: int = setting(10_100, "points drawn; default: the number of de, pso and ga", at_least=1)
     batch: int = setting(1000, "points evaluated at once; limits the memory needed", at_least=1)
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:

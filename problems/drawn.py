@@ -159,7 +159,7 @@ class Drawn(ProblemSettings):
     )
     machine_parts: list[str] = setting(
         [],
-        "what real machines have beside: tables (bearings as tables over speed, a factor on each unknown), seals (a known one"
+        "parts of real machines: tables (bearings as tables over speed, a factor on each unknown), seals (a known one"
         " with cross-coupling), supports (of known stiffness or, as likely, unknown), layers (a sleeve); in any order",
         choices=tuple(PARTS),
     )
@@ -263,7 +263,7 @@ def _any_draw(family: Family, parts: tuple[str, ...], rng: np.random.Generator) 
 
 
 def _with_band(instance: Instance, family: Family, rng: np.random.Generator) -> Instance | None:
-    """The instance with its speeds about the first critical one; None where it has none."""
+    """The instance with its speeds about the first critical one; None if it has none."""
     criticals = instance.problem.critical_speeds(instance.x, family.machine.fastest)
     first, last, n_speed = (
         log_uniform(BAND_FROM, rng),

@@ -80,7 +80,7 @@ class RK4(ProblemSettings):
     )
     disk_diameter: float = setting(
         76.0,
-        "diameter of the disk, which the paper does not give: that of another RK-4 rig whose owners published it;"
+        "diameter of the disk, not in the paper, from another RK-4 rig whose owners published it;"
         " from 50 to 100 mm the first critical speed changes by less than 0.02 %",
         unit="mm",
         above=2e3 * SHAFT_RADIUS,
@@ -106,7 +106,7 @@ class RK4(ProblemSettings):
     n_speed: int = setting(41, "number of equally spaced speeds; the paper names none, 41 step by 25", at_least=1)
     sensors: list[float] = setting(
         [0.1],
-        "where the probes look, from the first bearing. The paper's '6th node' lies at 100 mm when the nodes are"
+        "positions of the probes, from the first bearing. The paper's '6th node' lies at 100 mm when the nodes are"
         " counted from 1 at that bearing and are 20 mm apart; there the disk is in layout span_200",
         unit="m",
         source=f"{PAPER}, section 6",

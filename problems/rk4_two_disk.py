@@ -143,7 +143,7 @@ class RK4TwoDisk(ProblemSettings):
     n_speed: int = setting(69, "number of equally spaced speeds; 69 step by 20", at_least=1)
     sensors: list[float] | None = setting(
         None,
-        "where the probes look, from the shaft's left end; null: plane 1, the probe of the published run-up, at 0.12"
+        "positions of the probes, from the shaft's left end; null: plane 1, the probe of the published run-up, at 0.12"
         " (beam_model) or 0.08 (bearing_centres_560). Plane 2 is at 0.44 or 0.48",
         unit="m",
         source=OWNERS,

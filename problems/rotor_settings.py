@@ -21,7 +21,7 @@ FASTEST = 1e7  # in any unit: no shaft turns as fast
 
 
 def check_band(speed_from: float, speed_to: float, n_speed: int) -> None:
-    """Raise `SettingError` where the ends are swapped, or are one while several speeds are asked for."""
+    """Raise `SettingError` if the ends are swapped, or are one while several speeds are asked for."""
     if speed_to > FASTEST:
         raise SettingError(f"speed_to: expected at most {FASTEST:g}, got {speed_to:g}; check it and its unit")
     if speed_to < speed_from or (speed_to == speed_from and n_speed > 1):
@@ -61,7 +61,7 @@ def _parameter(name: str, unit: str, si_per_unit: float, limits: Sequence[float]
 
 
 def check_probes(sensors: Sequence[float], directions: Sequence[str]) -> None:
-    """Raise `SettingError` where a list is empty, holds an entry twice or a direction that is none."""
+    """Raise `SettingError` if a list is empty, holds an entry twice or a direction that is none."""
     for name, entries in (("sensors", sensors), ("directions", directions)):
         if not entries or len(set(entries)) < len(entries):
             raise SettingError(f"{name}: expected at least one entry and none twice, got {list(entries)}")
@@ -78,27 +78,35 @@ MAX_ELEMENTS = 1000  # of a shaft; a detailed turbine model has a hundred
 MAX_SPEEDS = 100_000
 MAX_SUPPORTS = 200  # bearings, and as many unbalance planes
 MAX_THINGS = 1000  # disks, probes, unknowns, materials: of each
-MAX_ENTRIES = 2 * 10**7  # of all matrices, n_speed n_dof²: 1 GB while they are made
-MAX_WORK = 2 * 10**10  # n_speed n_dof³: some 10 s
+MAX_MOTIONS = 10**7  # n_speed n_dof: some 30 s, and 3.5 GB of bands while slopes of a changed shaft are taken
+COMPLEX_BYTES, GIGABYTE = 16, 1e9
+BYTES_PER_MOTION = 22 * COMPLEX_BYTES  # of a band, by degree of freedom and speed
+MAX_RECEPTANCES = (
+    2 * 10**7
+)  # complex numbers from forces to readings at all speeds: 0.3 GB, of which an update makes copies
 
 
 def check_size(n_element: int, n_speed: int) -> None:
-    """Raise `SettingError` where a model with so many elements and speeds is larger than any use of it."""
+    """Raise `SettingError` if a model with so many elements and speeds is larger than any use of it: by the banded route, whose cost
+    is proportional to both."""
     if n_element > MAX_ELEMENTS:
         raise SettingError(f"mesh: expected at most {MAX_ELEMENTS} elements in all, got {n_element}; take fewer")
     n_dof = DOF_PER_NODE * (max(n_element, 1) + 1)
-    most = min(MAX_ENTRIES // n_dof**2, MAX_WORK // n_dof**3, MAX_SPEEDS)
+    most = min(MAX_MOTIONS // n_dof, MAX_SPEEDS)
     if n_speed > most:
-        hint = "take fewer of either" if most else "take fewer elements"
-        raise SettingError(f"speeds: expected at most {most} with {n_element} elements, got {n_speed}; {hint}")
+        size = n_speed * n_dof * BYTES_PER_MOTION / GIGABYTE
+        raise SettingError(
+            f"speeds: expected at most {most} with {n_element} elements, got {n_speed} ({size:.1f} GB); take fewer of either"
+        )
 
 
-def check_ports(n_element: int, n_speed: int, *, n_bearing: int, n_plane: int, n_probe: int) -> None:
-    """Raise `SettingError` where the motions per force at all speeds would fill the memory."""
-    n_row = max(DOF_PER_NODE * (n_element + 1), 2 * n_bearing + n_probe)
-    most = MAX_ENTRIES // (n_row * max(2 * n_bearing + n_plane, 1))
+def check_ports(n_speed: int, *, n_bearing: int, n_plane: int, n_probe: int) -> None:
+    """Raise `SettingError` if the motions per force at all speeds would fill the memory."""
+    n_port = 2 * n_bearing
+    of_speed = (n_port + n_probe) * max(n_port + n_plane, 1)
+    most = MAX_RECEPTANCES // of_speed
     if n_speed > most:
         raise SettingError(
-            f"speeds: expected at most {most} with {n_probe} probes, {n_bearing} bearings, {n_plane} planes, got {n_speed};"
-            " take fewer of any"
+            f"speeds: expected at most {most} with {n_probe} probes, {n_bearing} bearings, {n_plane} planes, got {n_speed}"
+            f" ({n_speed * of_speed * COMPLEX_BYTES / GIGABYTE:.1f} GB); take fewer of any"
         )

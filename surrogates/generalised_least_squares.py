@@ -140,7 +140,7 @@ class GeneralisedLeastSquares:
     def append(self, correlation: Array, terms: Array, outputs: Array) -> GeneralisedLeastSquares | None:
         """One more sample with r (n,), f (p,) and y (q,): a new row of C, F̃ and Ỹ, O(n²).
 
-        None where rounding has used up the new pivot; its square is at least the nugget in exact arithmetic.
+        None if rounding has used up the new pivot; its square is at least the nugget in exact arithmetic.
         """
         n = len(self.cholesky)
         row = solve_lower(self.cholesky, correlation[:, None])[:, 0]

@@ -76,7 +76,7 @@ class Rational(Surrogate):
     def _required_substitute(self) -> Surrogate:
         if (substitute := self.substitute) is None:
             raise SettingError(
-                "surrogate=rational: expected to be told of impedances (`with_structure`), got samples alone"
+                "surrogate=rational: expected the impedances (`with_structure`), got samples alone"
             )
         return substitute
 
@@ -164,6 +164,6 @@ class RationalPredictor(Predictor):
 
 
 def _largest_relative(error: Array, response: ComplexArray) -> float:
-    """Of errors (n, n_speed, n_channel) of samples; NaN where one of them is."""
+    """Of errors (n, n_speed, n_channel) of samples; NaN if one of them is."""
     size = np.abs(response)
     return float(np.max(error / np.maximum(size, LEAST_RELATIVE * np.median(size, axis=0))))

@@ -102,7 +102,7 @@ def left_out_predictions(
     terms: ComplexArray, loads: ComplexArray, response: ComplexArray, least: int
 ) -> ComplexArray | None:
     """Each sample's response (n, n_speed, n_channel) as fits without it predict it, left out in groups that leave `least`
-    samples or more; None where there are no more than these."""
+    samples or more; None if there are no more than these."""
     n = len(loads)
     if n <= least:
         return None

@@ -217,8 +217,8 @@ def test_a_diagnosis_extends_the_problem(tmp_path):
     extended = ksmea.load_problem(tmp_path / "extended.yaml")
     assert extended.reference["runout_x"] == pytest.approx(6.0, abs=0.5)
     assert (
-        str(result).startswith("Data: synthetic, ")
-        and "\nThe model does not fit" in str(result)
+        str(result).startswith("Runout of 6.0")
+        and "\nThe model as given does not fit" in str(result)
         and "runout" in set(result.to_frame()["effect"])
     )
     assert set(result.coefficients()["unknown"]) == {*rotor.parameters.names, "runout_x", "runout_y"}

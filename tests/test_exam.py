@@ -12,6 +12,7 @@ from broken_methods import BROKEN_MEASUREMENTS, BROKEN_METHODS, shipped
 from broken_optimizers import BROKEN_OPTIMIZERS, Shrinking
 from broken_problems import BROKEN_EFFECTS, BROKEN_PROBLEMS, Rotor, Shift
 from broken_surrogates import BROKEN_SURROGATES, FittedTruth, Radial
+from filled_pages import filled
 from ksmea import testing
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
@@ -25,7 +26,7 @@ from surrogates.kriging import Kriging
 
 DOCS = Path(__file__).parents[1] / "docs"
 EXAMPLES = DOCS / "examples"
-PAGE = (DOCS / "plugins.md").read_text(encoding="utf-8")
+PAGE = filled((DOCS / "plugins.md").read_text(encoding="utf-8"))
 ROTOR = RotorFile(file=str(EXAMPLES / "rotor.yaml"))
 PARTS = {"surrogate": Kriging(), "optimizer": LM(screening=500, starts=3), "samples": 40}  # what methods are made of
 REQUIRED = {  # settings without which a plugin says nothing
@@ -166,7 +167,7 @@ def test_the_page_quotes_what_a_script_is_told(package, monkeypatch):
 
 
 def test_the_page_names_every_property():
-    named = set(re.findall(r"`([a-z]+(?:_[a-z]+)+)`", PAGE.partition("## 3.")[2]))
+    named = set(re.findall(r"`([a-z]+(?:_[a-z]+)+)`", PAGE.partition("## Properties")[2]))
     assert {kept for _, kept, *_ in BROKEN} <= named
 
 

@@ -42,15 +42,18 @@ class BenchConfig:
     )
     share: list[str] = setting([], "results folders whose finished runs of the same key are taken over")
     output: str = setting("results/${name}", "below the working directory")
+    units: str = setting(
+        "", "of vibrations, phases and speeds on pages and in texts: mil_pp,lag or um_0pk,lead,Hz; empty: those of the measurement's file"
+    )
     batches: int = setting(
         1, "jobs that do the runs, each as many as it gets to (a cluster's launcher runs them side by side)", at_least=1
     )
     batch: int = setting(0, "which of them a job is; set by the launcher")
     wait: bool = setting(True, "false: return as soon as the jobs are submitted (hydra/launcher=submitit_slurm)")
     force: bool = setting(False, "true: plan more than 100 000 runs")
-    label: str | None = setting(None, "name of a cell, where a grid gives one")
+    label: str | None = setting(None, "name of a cell, if the grid has one")
     table: str | None = setting(None, "kind of table that is made (bench/reports); null: the study's own")
-    paper: str | None = setting(None, "table of the paper to print beside")
+    paper: str | None = setting(None, "table of the paper to print next to the results")
     figures: list[str] = setting([], "further figures", choices=("updates", "response", "cost", "trace"))
     exact: float | None = setting(
         None, "per cent; count the runs that come so near to all true values, and their updates until then"

@@ -16,7 +16,7 @@ ENTRY = re.compile(r"""'([^']*)'|"([^"]*)"|([^,'"]+)""")
 
 
 def folders(words: Sequence[str]) -> list[Path]:
-    """Where configuration files are looked for; `SettingError` where there is no such folder."""
+    """Where configuration files are looked for; `SettingError` if there is no such folder."""
     own = [*_own_folders(words)]
     for folder in own:
         if not folder.is_dir():

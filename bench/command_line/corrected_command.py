@@ -33,7 +33,7 @@ def with_cure(error: SettingError, words: Sequence[str]) -> str:
 
 
 def corrected(error: SettingError, words: list[str]) -> list[str] | None:
-    """The words as they were probably meant; None where the error does not tell."""
+    """The words as they were probably meant; None if the error does not tell."""
     meant = error.meant
     if isinstance(meant, UnknownName):
         return _with_known_name(words, meant)

@@ -36,7 +36,7 @@ def grid_blocks(grid: Sequence[Block], add: Sequence[Block], cross: Sequence[Blo
 
 
 def labelled(blocks: Sequence[Block], chosen: Sequence[Any]) -> list[Block]:
-    """The blocks of these labels alone, in the grid's order; `SettingError` where it has no line of that label."""
+    """The blocks of these labels alone, in the grid's order; `SettingError` if it has no line of that label."""
     known = list(dict.fromkeys(str(label) for block in blocks for label in listed(block.get(LABEL, ()))))
     for label in chosen:
         if not known:

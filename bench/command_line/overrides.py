@@ -203,6 +203,8 @@ def with_quoted_files(words: Sequence[str]) -> list[str]:
 def _quoted(word: str) -> str:
     key, _, value = word.partition("=")
     bare = key.lstrip("+")
+    if bare == "units" and value and not value.startswith(BEGINS_OTHERWISE):
+        return override(key, value)  # its commas are no sweep
     if bare in NAMED and value and (_is_there(value) or (not value.startswith(BEGINS_OTHERWISE) and not _reads(word))):
         return override(key, value)
     inner = value[1:-1]

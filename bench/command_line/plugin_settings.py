@@ -15,7 +15,7 @@ from ksmea.plugins.names import GROUPS, registered
 
 @dataclass(frozen=True)
 class PluginSetting:
-    """`plugin` is None where the key names none."""
+    """`plugin` is None if the key names none."""
 
     group: str
     plugin: str | None
@@ -28,7 +28,7 @@ class PluginSetting:
 
 
 def plugin_setting(key: str) -> PluginSetting | None:
-    """What a key says of a plugin; None where it is none of a plugin's setting.
+    """What a key says of a plugin; None if it is none of a plugin's setting.
 
     >>> plugin_setting("optimizer.lm.screening")
     PluginSetting(group='optimizer', plugin='lm', setting='screening')
@@ -75,6 +75,6 @@ def unknown_key(key: str, names: Iterable[str]) -> SettingError:
 
 
 def plugins_with(group: str, setting: str) -> list[str]:
-    """The plugins of a group whose source has a setting; none where it is no group."""
+    """The plugins of a group whose source has a setting; none if it is no group."""
     names = registered(group) if group in GROUPS else ()
     return [name for name in names if setting in (source_settings(group, name) or ())]

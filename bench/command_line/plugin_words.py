@@ -41,7 +41,7 @@ def is_of_plugins(word: str) -> bool:
 
 
 def require_registered(names: Sequence[str]) -> None:
-    """Raise `SettingError` where a composed configuration names a file that was found neither on the command line nor in a
+    """Raise `SettingError` if a composed configuration names a file that was found neither on the command line nor in a
     file that it chooses."""
     known = {path for path, *_ in registry.plugins_in_files()}
     for name in names:

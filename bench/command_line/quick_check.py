@@ -196,7 +196,7 @@ def _require_plugin_setting(key: str, value: str, said: Mapping[str, str]) -> No
 
 
 def _chosen(group: str, said: Mapping[str, str]) -> list[str]:
-    """The plugins of a group that the words choose; none where an experiment or a grid may choose others."""
+    """The plugins of a group that the words choose; none if an experiment or a grid may choose others."""
     if group in said:
         names = [each.removesuffix(".yaml") for each in plain(said[group])]
         return [each for each in names if each in registered(group)] if names else []

@@ -28,7 +28,7 @@ POSSIBLE = "bool, int, float or str, or None, lists, tuples or mappings by name 
 def plugin_schema(group: str, name: str) -> DictConfig:
     """The settings of a plugin with their types, and its name so that a composed configuration says what was chosen.
 
-    Raises `SettingError` where a setting has no default, or a type that cannot be given as words.
+    Raises `SettingError` if a setting has no default, or a type that cannot be given as words.
     """
     plugin = registry.plugin_class(group, name)
     try:

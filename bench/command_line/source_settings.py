@@ -29,7 +29,7 @@ class SourceSetting:
 
 @cache
 def source_settings(group: str, name: str) -> Mapping[str, SourceSetting] | None:
-    """The settings of a plugin by name, in their order; None where its source does not tell them all."""
+    """The settings of a plugin by name, in their order; None if its source does not tell them all."""
     point = registered(group).get(name)
     if point is None or not point.attr:
         return None

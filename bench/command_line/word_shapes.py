@@ -121,7 +121,7 @@ def _unknown_option(words: Sequence[str], word: str) -> SettingError:
 
 
 def _opened(word: str, after: Sequence[str]) -> list[str] | None:
-    """The words up to the one that closes a bracket which a word opens; None where none does, or it opens none."""
+    """The words up to the one that closes a bracket which a word opens; None if none does, or it opens none."""
     if "=" not in word or _unclosed(word) == "":
         return None
     for number in range(1, len(after) + 1):
@@ -202,7 +202,7 @@ def _is_setting(words: Sequence[str]) -> bool:
 
 
 def _require_value(word: str, before: list[str], after: list[str]) -> None:
-    """Raise `SettingError` where what stands behind '=' cannot be a value."""
+    """Raise `SettingError` if what stands behind '=' cannot be a value."""
     key, _, value = word.partition("=")
     if not key.lstrip("+~"):
         raise SettingError(f"{word}: expected setting=value in one word, got no name of a setting before '='")

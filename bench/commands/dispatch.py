@@ -77,4 +77,4 @@ def run_command(words: list[str]) -> int:
             from bench.commands.new import new
 
             return new(others)
-    raise ValueError(f"{name} is no command")
+    raise ValueError(f"{name} is not a command")

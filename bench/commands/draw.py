@@ -80,7 +80,7 @@ def draw(words: list[str]) -> int:
 
 
 def _require_own_page(page: Path) -> None:
-    """Raise `SettingError` where a page stands that is none of a drawing, which would be lost."""
+    """Raise `SettingError` if a page stands that is none of a drawing, which would be lost."""
     if page.exists() and page_facts(page.parent).get("study") != STUDY:
         raise SettingError(f"{page}: expected a drawing's page or none, found another page; choose another output=DIR")
 
@@ -94,7 +94,7 @@ def _page(
     headline = f"{n_at_1x} critical speed{'s' * (n_at_1x != 1)} up to {found.highest / RPM:.0f} rpm"
     made_by = Section("Made by", (Command(command_line(["draw", *words])),))
     about = {"name": title, "study": STUDY, "when": time.strftime(WHEN), "headline": headline}
-    return document(title, headline, [*sections, made_by], about, files)
+    return document(title, Page(headline), [*sections, made_by], about, files)
 
 
 def rotor_sections(found: Rotordynamics) -> tuple[Section, ...]:

@@ -53,7 +53,7 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
         changed = _what_changed_since_the_plan(plan, cell.code, used)
     except SettingError as error:  # a plugin that is no longer there
         used = plan.modules
-        changed = [f"what has changed since it was planned cannot be told: {error}"]
+        changed = [f"the changes since it was planned are not known: {error}"]
     lines = [f"run {run.key} of {plan.name} in {folder}: {place}, seed {cell.seed}, repetition {run.repetition}"]
     for part, settings in cell.settings.items():
         lines.append(f"  {part}: {_in_words(settings)}")

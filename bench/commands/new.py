@@ -54,7 +54,7 @@ def new(words: list[str]) -> int:
 
 
 def _require_usable(group: str, name: str) -> None:
-    """Raise `SettingError` where a plugin, its class and its module cannot have a name."""
+    """Raise `SettingError` if a plugin, its class and its module cannot have a name."""
     if not NAME.fullmatch(name) or snake_case(_of_class(name)) != name:
         raise SettingError(f"new: expected a name in snake case, as my_search, got {name}; choose another one")
     if name in registry.registered(group):

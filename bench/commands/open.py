@@ -1,6 +1,6 @@
 """`open [NAME|DIR]`: the page of results in the browser; without a name the page over all results.
 
-Where there is no browser to be seen, such as over ssh, it says where the page lies.
+If there is no browser to be seen, such as over ssh, it says where the page lies.
 """
 
 from __future__ import annotations

@@ -138,7 +138,7 @@ def _options(words: list[str]) -> dict[str, Any]:
 
 
 def _recomputed(plan: Plan, reference: pd.DataFrame, workers: int | None) -> dict[str, dict[str, float]]:
-    """Identified values of the reference's runs in the units of the table, computed now, by key; none where a run failed."""
+    """Identified values of the reference's runs in the units of the table, computed now, by key; none if a run failed."""
     tasks = [
         Given(row.key, (plan.cells[row.cell].settings, component_seeds(row.seed, row.repetition)))
         for row in reference.itertuples()

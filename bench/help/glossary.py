@@ -43,7 +43,7 @@ class Entry:
 
 
 def entries() -> list[Entry]:
-    """All entries, in the order of the page; none where an installation has no glossary."""
+    """All entries, in the order of the page; none if an installation has no glossary."""
     return list(_parsed(GLOSSARY.read_text(encoding="utf-8"))) if GLOSSARY.is_file() else []
 
 

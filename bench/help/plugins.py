@@ -38,7 +38,7 @@ def group_text(group: str, problem: Problem) -> str:
 
 
 def setting_text(group: str, name: str, setting: str) -> str | None:
-    """One setting of a plugin; None where the plugin has none of that name, or cannot be loaded."""
+    """One setting of a plugin; None if the plugin has none of that name, or cannot be loaded."""
     try:
         fields = own_fields(registry.plugin_class(group, name))
     except SettingError:
@@ -101,7 +101,7 @@ def _effect_lines(name: str, problem: Problem) -> list[str]:
 
 
 def _parameters_on(effect: AnyEffect, problem: Problem) -> Sequence[Parameter]:
-    """Its unknowns on a problem; none where it does not fit the one that is shown unasked. `SettingError` where it does not fit
+    """Its unknowns on a problem; none if it does not fit the one that is shown unasked. `SettingError` if it does not fit
     the one that was asked for."""
     try:
         return effect.parameters(registry.create("problem", problem.name, problem.settings).build())

@@ -115,7 +115,7 @@ class Claims:
         return not self._ranges()
 
     def take(self, seconds_per_run: float | None, at_least: int) -> tuple[Range, list[str]] | None:
-        """A range that nobody else has, with the keys of its runs; None where there is none now.
+        """A range that nobody else has, with the keys of its runs; None if there is none now.
 
         `seconds_per_run` is what this job has needed so far, with all its workers; None before it has done any.
         """
@@ -227,7 +227,7 @@ class Claims:
         return [each for each in freed if each is not None]
 
     def _renamed(self, old: Range, owner: str, deaths: int | None = None) -> Range | None:
-        """The range under another name; None where someone else was first."""
+        """The range under another name; None if someone else was first."""
         new = Range(old.start, old.stop, old.deaths if deaths is None else deaths, owner)
         try:
             os.rename(self._path(old), self._path(new))

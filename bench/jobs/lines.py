@@ -59,7 +59,7 @@ class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
         return self.status in RESULTS
 
     def record(self, record_type: type[AnyRecord]) -> AnyRecord:
-        """The record of the run's study; `SettingError` where the line holds another one."""
+        """The record of the run's study; `SettingError` if the line holds another one."""
         if type(self.body) is record_type:
             return self.body
         try:
@@ -112,7 +112,7 @@ class FailedRun(Record):
 
 
 def ending(line: RunLine | None) -> tuple[str, str]:
-    """Status and error of a planned run, whose line is None where no attempt was made."""
+    """Status and error of a planned run, whose line is None if no attempt was made."""
     return ("not run", "") if line is None else (line.status, line.error)
 
 
@@ -127,7 +127,7 @@ def line_text(line: Line, content: Mapping[str, Any] | None = None) -> bytes:
 
 
 def read_line(text: bytes, path: Path) -> Line | None:
-    """The line of a file that a text is, None where it is no whole one; `SettingError` where a newer version wrote it."""
+    """The line of a file that a text is, None if it is no whole one; `SettingError` if a newer version wrote it."""
     try:
         line = _decoder.decode(text)
     except (msgspec.MsgspecError, RecursionError, ValueError):

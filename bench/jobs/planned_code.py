@@ -11,7 +11,7 @@ from ksmea.errors import SettingError
 
 
 def require_planned_code(plan: Plan) -> None:
-    """`SettingError` where this process would compute by other modules or libraries than planned."""
+    """`SettingError` if this process would compute by other modules or libraries than planned."""
     here = library_versions()
     if others := [name for name in sorted({*plan.versions, *here}) if plan.versions.get(name) != here.get(name)]:
         differences = ", ".join(f"{name} {plan.versions.get(name)}, here {here.get(name)}" for name in others)

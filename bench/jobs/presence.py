@@ -45,7 +45,7 @@ class Presence:
         return int(self.path.name)
 
     def renew(self) -> None:
-        """Say that this job lives, where it has not for a while; `TakenForDead` where others hold it for dead."""
+        """Say that this job lives, if it has not for a while; `TakenForDead` where others hold it for dead."""
         if time.monotonic() - self.renewed < BEAT:
             return
         try:
@@ -109,7 +109,7 @@ def _living(output: Path) -> Iterator[tuple[int, dict[str, Any]]]:
 
 
 def _who_lives(path: Path, now: float) -> dict[str, Any] | None:
-    """What the job of a file says of itself, None where it is dead. A process that is gone where it is asked about is dead at
+    """What the job of a file says of itself, None if it is dead. A process that is gone where it is asked about is dead at
     once; one elsewhere, once its lease has ended."""
     try:
         with open_regular(path) as file:  # opened, so that a client of NFS asks the server

@@ -14,7 +14,7 @@ from bench.plan.plan import Plan
 
 
 def processor(line: RunLine) -> str:
-    """What a result was computed on (`bench.plan.provenance.platform_name`); empty where its record does not say so, and of
+    """What a result was computed on (`bench.plan.provenance.platform_name`); empty if its record does not say so, and of
     a run without a result."""
     return line.platform if line.has_result else ""
 

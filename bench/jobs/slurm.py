@@ -14,13 +14,13 @@ PATIENCE = 60  # s for an answer of squeue
 
 
 def own_job() -> str | None:
-    """The number of the Slurm job that this process belongs to, 12_3 in an array; None where it does not."""
+    """The number of the Slurm job that this process belongs to, 12_3 in an array; None if it does not."""
     array, task = os.environ.get("SLURM_ARRAY_JOB_ID"), os.environ.get("SLURM_ARRAY_TASK_ID")
     return f"{array}_{task}" if array and task else os.environ.get("SLURM_JOB_ID")
 
 
 def slurm_states(jobs: Iterable[str]) -> dict[str, str] | None:
-    """Slurm's word on each of the jobs that it knows, such as PENDING; None where it cannot be asked."""
+    """Slurm's word on each of the jobs that it knows, such as PENDING; None if it cannot be asked."""
     states: dict[str, str] = {}
     for number in sorted({job.partition("_")[0] for job in jobs}):
         command = ["squeue", "--noheader", "--array", "--states=all", "--format=%i %T", f"--jobs={number}"]

@@ -15,7 +15,7 @@ from bench.plan.setup import FINGERPRINTS
 
 def earlier_notes(plan: Plan, output: Path) -> list[str]:
     """What a plan that is about to be written leaves out of the results in its folder, and how they are shown again: by their
-    command, unless a file that it names holds something else by now. Empty where the plan shows them all."""
+    command, unless a file that it names holds something else by now. Empty if the plan shows them all."""
     found = planned_before(output)
     if found is None:
         return []

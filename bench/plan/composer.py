@@ -98,7 +98,7 @@ class Composer:
 
     def _without_large_parts(self, composed: DictConfig) -> DictConfig:
         """A configuration that is quickly copied for each point: without the lines of the grid, which have become the points,
-        and Hydra's own part, where no setting takes a value from there. `SettingError` where a plugin cannot be offered."""
+        and Hydra's own part, where no setting takes a value from there. `SettingError` if a plugin cannot be offered."""
         for group in registry.GROUPS:
             plugin_schema(group, composed[group].name)
         config = composed.copy()

@@ -44,6 +44,7 @@ from bench.plan.size import require_size
 from bench.plan.study import Study
 from bench.storage.own_files import PAPER
 from ksmea.errors import PluginFailure, SettingError, shortened, unknown
+from ksmea.measurement.notation import Notation
 from ksmea.plugins import registry
 from ksmea.plugins.first_import import require_survived
 from ksmea.records.record import Record
@@ -55,6 +56,7 @@ WHOLE = (
     "plugins",
     "repetitions",
     "output",
+    "units",
     "table",
     "paper",
     "figures",
@@ -174,6 +176,7 @@ def _check_whole(config: DictConfig) -> None:
             raise unknown("setting", str(key), [*known, "experiment"])
     require_registered(config.plugins)
     check_values(BenchConfig, _own(config, set(known) - {*registry.GROUPS}))
+    Notation().with_words(config.units)
     if config.repetitions < 1 and config.table != "settings":
         raise SettingError(f"expected a number at least 1, got {config.repetitions}", setting="repetitions")
     if not is_file_name(config.name):

@@ -25,7 +25,7 @@ def fleet_axes(choices: Iterable[Choice]) -> dict[str, tuple[str, ...]]:
     """What a command line says of the fleet: its files, in the order of their names where they are found by a pattern, and the
     rotor of each where these are too. Nothing where one file is measured, or none.
 
-    Raises `SettingError` where a pattern finds nothing, or one of several files is not there.
+    Raises `SettingError` if a pattern finds nothing, or one of several files is not there.
     """
     given = {choice.key: choice.values for choice in choices if choice.key in (MEASURED, ROTOR)}
     paths = [str(path) for path in given.get(MEASURED, ())]

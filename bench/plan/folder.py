@@ -23,7 +23,7 @@ FILE = {PROBLEM: "file", MEASUREMENT: "path"}  # the setting that names it
 
 
 def require_own_folder(plan: Plan, output: Path) -> None:
-    """Raise `SettingError` where a folder holds another experiment (by name or study), another measurement or another
+    """Raise `SettingError` if a folder holds another experiment (by name or study), another measurement or another
     problem. The same experiment with other settings is welcome: its finished runs are kept."""
     found = planned_before(output)
     if found is None or not (found.cells and plan.cells):

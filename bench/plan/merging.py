@@ -37,7 +37,7 @@ class Part:
 
 
 def merged_plan(parts: Sequence[Part]) -> Plan:
-    """One plan of all cells and runs, those of the first part first; `SettingError` where parts are of different experiments."""
+    """One plan of all cells and runs, those of the first part first; `SettingError` if parts are of different experiments."""
     first = parts[0]
     for part in parts[1:]:
         _require_same_experiment(first, part)
@@ -113,7 +113,7 @@ def _require_same_experiment(first: Part, other: Part) -> None:
         if one != two:
             raise SettingError(
                 f"merge: expected parts of one experiment, got {what}={one} in {first.folder} and {what}={two} in"
-                f" {other.folder}; merge those of one {what}"
+                f" {other.folder}; merge results of one {what}"
             )
     for word in first.plan.plugins.keys() & other.plan.plugins.keys():
         if _file_digest(first.plan, word) != _file_digest(other.plan, word):
@@ -133,7 +133,7 @@ def _file_digest(plan: Plan, word: str) -> str | None:
 
 
 def _require_same_cell(known: Cell, folder: Path, cell: Cell, other: Path) -> None:
-    """`SettingError` where two cells of one place are computed from other settings, or their unknowns are others."""
+    """`SettingError` if two cells of one place are computed from other settings, or their unknowns are others."""
     one, two = dict(_flat(known.settings)), dict(_flat(cell.settings))
     differing = sorted(name for name in {**one, **two} if one.get(name) != two.get(name))
     place = shortened(", ".join(f"{axis}={value}" for axis, value in cell.place.items()), LONGEST_LIST)
@@ -166,7 +166,7 @@ def _are_alike(one: ParameterFacts, two: ParameterFacts) -> bool:
 
 
 def _mixture(plans: Sequence[Plan]) -> list[str]:
-    """One line where the plans were made with other code or libraries; none where they were not."""
+    """One line where the plans were made with other code or libraries; none if they were not."""
     modules = [name for name in _union(plan.modules for plan in plans) if len(_values(name, "modules", plans)) > 1]
     versions = {name: _values(name, "versions", plans) for name in _union(plan.versions for plan in plans)}
     libraries = [f"{name} {' and '.join(each)}" for name, each in versions.items() if len(each) > 1]

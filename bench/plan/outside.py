@@ -167,7 +167,7 @@ def _digest(path: Path) -> str:
 
 
 def _installed_files(owner: Distribution) -> dict[str, Path]:
-    """Files that an installer has copied, by name; empty where they lie in a source tree."""
+    """Files that an installer has copied, by name; empty if they lie in a source tree."""
     if owner.read_text("RECORD") is None or json.loads(owner.read_text("direct_url.json") or "{}").get(
         "dir_info", {}
     ).get("editable"):

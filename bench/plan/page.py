@@ -35,6 +35,20 @@ class Command:
 
 
 @dataclass(frozen=True)
+class Numbers:
+    """A row of numbers, each with what it says."""
+
+    items: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What to do, one after the other."""
+
+    steps: tuple[Prose | Command, ...]
+
+
+@dataclass(frozen=True)
 class Table:
     """A table of numbers and texts; of a long one the first rows, and the name of the file that has all."""
 
@@ -100,6 +114,7 @@ class Grid:
     """Small plots side by side where there is room."""
 
     plots: tuple[Plot | Drawn, ...]
+    is_wide: bool = False  # two side by side
 
 
 @dataclass(frozen=True)
@@ -110,7 +125,7 @@ class Folded:
     blocks: tuple[Block, ...]
 
 
-Block = Prose | Command | Table | Plot | Drawn | Orbits | Picture | Grid | Folded
+Block = Prose | Command | Numbers | Steps | Table | Plot | Drawn | Orbits | Picture | Grid | Folded
 
 
 @dataclass(frozen=True)
@@ -121,10 +136,12 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """`headline` is what was found in a line, which the index of all results shows too."""
+    """`headline` is the finding in a sentence, which the index of all results shows too; `about` says of which data it is. A section
+    without a title follows the one before it."""
 
     headline: str = ""
     sections: tuple[Section, ...] = field(default=())
+    about: str = ""
 
     def charts(self) -> dict[str, Callable[[], Chart]]:
         """The charts that are written as pictures, by the names of their files."""
@@ -157,7 +174,7 @@ def _with_title(block: Any, words: str) -> Any:
         case Plot():
             return replace(block, title=f"{block.title} ({words})")
         case Grid():
-            return Grid(_titled(block.plots, words))
+            return replace(block, plots=_titled(block.plots, words))
         case Folded():
             return Folded(block.title, _titled(block.blocks, words))
     return block

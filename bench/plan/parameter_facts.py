@@ -20,7 +20,7 @@ class FactsOfCells:
         self._crlbs: dict[str, list[float | None]] = {}
 
     def of(self, setup: Setup, with_crlb: bool) -> tuple[ParameterFacts, ...]:
-        """Those of a cell's unknowns; none where its study asks for no problem."""
+        """Those of a cell's unknowns; none if its study asks for no problem."""
         if setup.aligned_problem is None:
             return ()
         crlbs = self._crlb(setup) if with_crlb else [None] * len(setup.problem.parameters)
@@ -39,7 +39,7 @@ class FactsOfCells:
 
 
 def _content(setup: Setup) -> str | None:
-    """The hash of all that the CRLB depends on; None where that cannot be written down. Nothing is read back."""
+    """The hash of all that the CRLB depends on; None if that cannot be written down. Nothing is read back."""
     source = setup.source
     try:
         content = pickle.dumps((setup.problem, setup.truth, source.noise, source.kind, source.noise_known))

@@ -60,7 +60,7 @@ class Cell:
     code: str
 
     def chosen(self, group: str) -> str:
-        """The name of the plugin that the settings choose in a group; `SettingError` where they choose none."""
+        """The name of the plugin that the settings choose in a group; `SettingError` if they choose none."""
         settings = self.settings.get(group)
         if settings is None:
             raise SettingError(f"plan: expected cells with a {group}, got none; give the experiment's command again")
@@ -109,6 +109,12 @@ class Plan:
     notes: tuple[
         str, ...
     ] = ()  # what is to be told beside all tables, such as that parts of other code were put together
+
+    @property
+    def units(self) -> str:
+        """Units that its command asks pages and texts to show; '': those of the measurement's file."""
+        said = [word.partition("=")[2].strip("'\"") for word in self.command if word.partition("=")[0] == "units"]
+        return said[-1] if said else ""
 
     def seeds(self, run: Run) -> dict[str, list[int]]:
         """Entropy of each component's `numpy.random.SeedSequence`."""
@@ -218,7 +224,7 @@ def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
 def _check_names(plan: Plan) -> None:
     """Names are those of files in the experiment's folder."""
     if not is_file_name(plan.name):
-        raise ValueError(f"the name is none of a file: {plan.name}")
+        raise ValueError(f"not the name of a file: {plan.name}")
     if len(set(plan.axes)) < len(plan.axes):
         raise ValueError("an axis stands twice")
 
@@ -233,7 +239,7 @@ def _check_cell(cell: Cell, where: str) -> None:
     for group in registry.GROUPS:
         settings = cell.settings.get(group)
         if settings is not None and not (isinstance(settings, dict) and isinstance(settings.get("name"), str)):
-            raise ValueError(f"{where}: {group} is no mapping with a name")
+            raise ValueError(f"{where}: {group} is not a mapping with a name")
     parts = cell.settings.get("parts", [])
     if not isinstance(parts, list) or not all(isinstance(part, str) for part in parts):
         raise ValueError(f"{where}: its parts are no list of names")

@@ -157,5 +157,5 @@ def platform_name() -> str:
 
 @cache
 def commit() -> str:
-    """The commit of this checkout, '+' behind it where files differ from it; the package's version where there is none."""
+    """The commit of this checkout, '+' behind it where files differ from it; the package's version if there is none."""
     return checkout_commit() or version("ksmea-bench")

@@ -52,7 +52,7 @@ class Report(Settings, ABC):
     study: ClassVar[str]
 
     def check_plan(self, plan: Plan) -> None:
-        """Raise `SettingError` where no report could be made of a plan, before anything is run. Left out: it always can."""
+        """Raise `SettingError` if no report could be made of a plan, before anything is run. Default: it always can."""
 
     @abstractmethod
     def make(self, plan: Plan, output: Path) -> Made:

@@ -30,7 +30,7 @@ PARTS_FIRST = sorted(registry.GROUPS, key=lambda group: group == "method")  # a 
 
 @dataclass(frozen=True)
 class Setup:
-    """`plugins` by group, None where a part is ignored; `aligned_problem` is None for a study that asks for none; `truth` by
+    """`plugins` by group, None if a part is ignored; `aligned_problem` is None for a study that asks for none; `truth` by
     name, SI, as far as it is known to anyone: empty for what was really measured."""
 
     plugins: Mapping[str, Any]
@@ -56,7 +56,7 @@ class Setup:
     def problem(self) -> Problem:
         """The problem as the measurement sees it; of studies that ask for one."""
         if self.aligned_problem is None:
-            raise TypeError("a study that ignores the problem asks for it")
+            raise TypeError("a study that ignores the problem requested it")
         return self.aligned_problem
 
     @property
@@ -91,7 +91,7 @@ class Setup:
         return self.source.hidden_effects(self.settings, generator(draw.seeds["hidden"]))
 
     def with_hidden(self, draw: Draw) -> tuple[Problem, Array] | None:
-        """The problem with what the data of one run hide, and all true values (d,) SI; None where nothing is hidden. For
+        """The problem with what the data of one run hide, and all true values (d,) SI; None if nothing is hidden. For
         judging what was found, after it was found."""
         found = self.source.with_hidden(self.settings, self.problem, generator(draw.seeds["hidden"]))
         return None if found is None else (found[0], np.concatenate([self.true_x, found[1]]))
@@ -102,7 +102,7 @@ class Setup:
         return np.array([self.truth[name] for name in self.problem.parameters.names])
 
     def require_truth(self, who: str) -> None:
-        """Raise `SettingError` where an unknown has no true value."""
+        """Raise `SettingError` if an unknown has no true value."""
         missing = [name for name in self.problem.parameters.names if name not in self.truth]
         if missing:
             raise SettingError(
@@ -111,7 +111,7 @@ class Setup:
             )
 
     def refuse_exact_data(self, who: str) -> None:
-        """Raise `SettingError` where data have no noise; its level need not be known."""
+        """Raise `SettingError` if data have no noise; its level need not be known."""
         noise = self.source.noise
         if noise is not None and noise.is_absent:
             raise SettingError(
@@ -120,7 +120,7 @@ class Setup:
             )
 
     def require_noise(self, who: str) -> Noise:
-        """The noise of the measurement; `SettingError` where there is none."""
+        """The noise of the measurement; `SettingError` if there is none."""
         noise = self.source.noise
         if noise is None or noise.is_absent:
             raise SettingError(
@@ -130,7 +130,7 @@ class Setup:
         return noise
 
     def crlb(self, problem: Problem | None = None) -> list[float | None]:
-        """Cramér–Rao lower bound (CRLB) of each unknown, SI, as the measurement's noise has it; None where there is none,
+        """Cramér–Rao lower bound (CRLB) of each unknown, SI, as the measurement's noise has it; None if there is none,
         or no true value to take it at. `problem` is asked in the place of this setup's own."""
         source = self.source
         if not self.truth or source.noise is None or source.noise.is_absent:

@@ -39,7 +39,7 @@ def kept_sources() -> KeptByContent[Source]:
 
 
 def read_source(content: bytes) -> Source:
-    """What a file with this content says; `SyntaxError` or `ValueError` where it is no Python."""
+    """What a file with this content says; `SyntaxError` or `ValueError` if it is no Python."""
     tree = ast.parse(io.StringIO(content.decode("utf-8"), newline=None).read())
     imports: dict[str, None] = {}
     for statement in _statements(tree):

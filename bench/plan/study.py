@@ -24,7 +24,7 @@ class Study(Settings):
     takes_middles: ClassVar[bool] = False
 
     def validate(self, setup: Setup) -> None:
-        """Raise `SettingError` where the parts cannot work together, before anything is run. Left out: they always can."""
+        """Raise `SettingError` if the parts cannot work together, before anything is run. Default: they always can."""
 
     @abstractmethod
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:

@@ -86,7 +86,7 @@ def hidden_by_cell(runs: pd.DataFrame) -> dict[int, str]:
 
 
 def hidden_paragraph(plan: Plan, runs: pd.DataFrame, study: str) -> str:
-    """The same as text below a table, and where to find what each of several runs drew; empty where nothing is hidden."""
+    """The same as text below a table, and where to find what each of several runs drew; empty if nothing is hidden."""
     hidden = hidden_by_cell(runs)
     if not hidden and HIDDEN_COLUMN in runs and runs[HIDDEN_COLUMN].notna().any():
         return hidden_text([f"drawn by each run: {HIDDEN_COLUMN} in runs.csv"], study)

@@ -116,8 +116,8 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
 
 
 def _interval_columns(parameter: ParameterRecord, basis: str) -> dict[str, Any]:
-    """The most likely value and the ends of the interval around it in the parameter's unit, empty where open, its basis, and
-    whether it holds the true value, empty where nobody knows that."""
+    """The most likely value and the ends of the interval around it in the parameter's unit, empty if open, its basis, and
+    whether it holds the true value, empty if nobody knows that."""
     name = parameter.name
     return {
         sys.intern(f"{name}_most_likely"): parameter.in_unit(parameter.most_likely),

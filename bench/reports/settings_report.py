@@ -36,7 +36,7 @@ class SettingsReport(Report):
 
 def _page(frame: pd.DataFrame) -> Page:
     found = f"{int(frame['agrees'].sum())} of {len(frame)} settings are as printed"
-    return Page(found, (Section("Settings beside the paper's", (Table(frame),)),))
+    return Page(found, (Section("Settings next to the paper's", (Table(frame),)),))
 
 
 def settings_frame(plan: Plan) -> pd.DataFrame:

@@ -29,7 +29,7 @@ def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 
     `error_pct_median` is the median of the absolute errors, `crlb_pct` the CRLB, at the identified values
     where nobody knows the true ones: there is no error then. `most_likely`, `low` and `high` are medians of the maximum of
-    the likelihood and of the ends of the interval around it, empty where that side is open in most of them; `covered_pct`
+    the likelihood and of the ends of the interval around it, empty if that side is open in most of them; `covered_pct`
     says how many of the intervals hold the reference, `ended_short_pct` how many searches stopped elsewhere than at that
     maximum. For `exact`, a share of the runs, the median is their mean.
     """
@@ -81,7 +81,7 @@ def _summary_row(
 
 
 def _reference(facts: ParameterFacts | None) -> float:
-    """The true value in the parameter's unit; not a number where there is none."""
+    """The true value in the parameter's unit; not a number if there is none."""
     return np.nan if facts is None or facts.truth is None else facts.truth / facts.si_per_unit
 
 
@@ -228,7 +228,7 @@ def _level_pct(plan: Plan) -> str:
 
 
 def _interval_text(row: pd.Series) -> str:
-    """'[49.9, 50.1]', '> 0.3', '< 0.9'; '?' where the data do not tell, '–' where there is none."""
+    """'[49.9, 50.1]', '> 0.3', '< 0.9'; '?' where the data do not tell, '–' if there is none."""
     if lacks_interval(row.to_frame().T).item() or row["parameter"] in EFFORT | EXACT:
         return "–"
     low, high = row["low"], row["high"]

@@ -1,7 +1,7 @@
 """What follows from the content of files alone, kept between processes in the user's folder for caches.
 
 An entry is found by the hash of the content that it follows from, so that none can be out of date: a file that is edited is
-another one. The folder is `ksmea-bench` in `BENCH_CACHE` (none where that is empty), else in `XDG_CACHE_HOME` or `~/.cache`. Where it
+another one. The folder is `ksmea-bench` in `BENCH_CACHE` (none if that is empty), else in `XDG_CACHE_HOME` or `~/.cache`. Where it
 cannot be read or written, all is made again. It is written in one move: of two processes that write at the same time one loses its
 additions, which the next one makes again.
 """
@@ -60,7 +60,7 @@ class KeptByContent(Generic[Value]):
 
 
 def cache_folder() -> Path | None:
-    """The folder for what is kept between processes; None where there is to be none."""
+    """The folder for what is kept between processes; None if there is to be none."""
     chosen = os.environ.get(FOLDER)
     if chosen is not None:
         return Path(chosen).absolute() / OWN if chosen else None
@@ -72,7 +72,7 @@ def cache_folder() -> Path | None:
 
 
 def _read(file: Path, value_type: type[Value]) -> dict[str, Value]:
-    """What a file keeps; nothing where there is none, or none that can be read."""
+    """What a file keeps; nothing if there is none, or none that can be read."""
     try:
         with open_regular(file) as opened:
             return msgspec.convert(msgspec.json.decode(opened.read()), GenericAlias(dict, (str, value_type)))

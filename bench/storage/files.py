@@ -35,7 +35,7 @@ def replace_file(path: Path, content: bytes) -> None:
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
     """A folder to be filled, which takes the path's name at the end of the block; nothing of it stays where the block fails.
-    `SettingError` where there is something of that name."""
+    `SettingError` if there is something of that name."""
     if path.exists():
         raise SettingError(f"expected no {path} yet, found one; choose another --out, or remove it")
     partial = path.with_name(f".{path.name}.{os.getpid()}")

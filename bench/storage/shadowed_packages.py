@@ -16,7 +16,7 @@ COMMAND = "ksmea-bench"
 
 
 def hidden() -> str | None:
-    """One line on the first package that is hidden; None where all are the project's own."""
+    """One line on the first package that is hidden; None if all are the project's own."""
     for name in PACKAGES:
         spec = importlib.util.find_spec(name)
         places = [] if spec is None else [*(spec.submodule_search_locations or ()), spec.origin]

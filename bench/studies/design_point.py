@@ -12,7 +12,7 @@ from ksmea.studies.enough_data import require_enough
 
 
 def require_design_point(setup: Setup, who: str) -> None:
-    """Raise `SettingError` where there are neither true values with noise nor a measurement of enough data."""
+    """Raise `SettingError` if there are neither true values with noise nor a measurement of enough data."""
     source = setup.source
     if _is_measured(source):
         layout = source.layout(setup.settings)

@@ -38,7 +38,7 @@ IN_DETAIL = "identify_in_detail"  # name of the study with details
 class Identify(Study):
     """The values of the unknowns, found by the method from the measurement, with an interval beside each.
 
-    The intervals belong to the maximum of the true model's likelihood nearest to what the method found; where data are few
+    The intervals belong to the maximum of the true model's likelihood nearest to what the method found; if data are few
     they reach over all likely maxima. They take Jacobians of the true model, which are counted apart from the method's.
     """
 
@@ -59,14 +59,14 @@ class Identify(Study):
     )
     unmodelled: str = setting(
         "",
-        "give the unknowns also beside a force that the model lacks, free at every speed, at this position (m), or auto: at"
+        "also give the unknowns fitted with an unknown force, free at every speed, at this position (m), or auto: at"
         " all places and of all kinds that explain the data (docs/location.md)",
     )
 
     inputs: str = setting(
         "joint",
-        "numbers of the model that are known to a tolerance: joint, fitted along in the last step, which intervals allow for; or"
-        " stated, taken as exact",
+        "numbers of the model that are known to a tolerance: joint, fitted in the last step and part of the intervals; or stated,"
+        " taken as exact",
         choices=INPUTS,
     )
     budget: int | None = setting(
@@ -143,7 +143,7 @@ def streams_of(draw: Draw) -> Streams:
 
 
 def _maximum_near(x: Array, case: Case) -> Point | None:
-    """The maximum of the likelihood nearest to x (d,) SI; None where the data have no noise, or the search fails."""
+    """The maximum of the likelihood nearest to x (d,) SI; None if the data have no noise, or the search fails."""
     if case.measurement.noise is not None and not case.measurement.has_noise:
         return None
     with suppress(np.linalg.LinAlgError):

@@ -1,5 +1,8 @@
-"""Pages that are filled when the site is built: where one has the line `<!-- filled: optimizer -->`, the settings of all
-optimisers stand; where `further` stands, the names of pages that no list of index.md names yet."""
+"""Pages completed when the site is built: a line `<!-- filled: NAME -->` is replaced by generated text.
+
+NAME is a kind of plugin (its settings), `effects_overview`, `settings`, `experiments`, `contract_tests`, a table of
+results/reference (`evidence.TABLES`), or `further` (pages that no list of index.md names).
+"""
 
 from __future__ import annotations
 
@@ -8,27 +11,38 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
+from contract_tests import contract_tests_text
+from evidence import TABLES, evidence_table
 from experiment_pages import experiments_text, settings_text
 from ksmea.plugins import registry
-from plugin_pages import EFFECT, group_text
+from plugin_pages import EFFECT, effects_overview, group_text
 
 DOCS = Path(__file__).resolve().parents[1]
 MARK = re.compile(r"^<!-- filled: (\w+) -->$", re.MULTILINE)
 
 
 def filled(page: str) -> str:
-    """A page with its marks replaced."""
+    """Page with its marks replaced."""
     return MARK.sub(lambda mark: _content(mark[1]), page)
 
 
 def _content(name: str) -> str:
     if name in (*registry.GROUPS, EFFECT):
         return group_text(name)
-    return {"settings": settings_text, "experiments": experiments_text, "further": further_pages}[name]()
+    if name in TABLES:
+        return evidence_table(name)
+    texts = {
+        "settings": settings_text,
+        "experiments": experiments_text,
+        "effects_overview": effects_overview,
+        "contract_tests": contract_tests_text,
+        "further": further_pages,
+    }
+    return texts[name]()
 
 
 def further_pages() -> str:
-    """Pages that are in the folder and in no list: a new one is found in the site before anyone says where it belongs."""
+    """Pages of the folder that no list names, so that a new page appears in the site."""
     index = (DOCS / "index.md").read_text(encoding="utf-8")
     named = {"index", *re.findall(r"^[a-z_0-9/]+$", index, re.MULTILINE)}
     return "\n".join(sorted({page.stem for page in DOCS.glob("*.md")} - named))

@@ -27,6 +27,27 @@ def group_text(group: str) -> str:
     return "\n\n".join(plugin_text(group, name) for name in own_plugins(group))
 
 
+def effects_overview() -> str:
+    """One row per effect: unknowns and locations on the example problem, and look-alikes."""
+    problem = registry.create("problem", EXAMPLE, {}).build()
+    rows = []
+    for name in own_plugins(EFFECT):
+        effect = registry.create(EFFECT, name, {})
+        places = ", ".join(str(place) for place in _locations(effect, problem))
+        aliases = ", ".join(f"[{alias}](#{alias})" for alias in effect.aliases)
+        rows.append(
+            (f"[{name}](#{name})", str(len(_parameters_of_example(effect)) or "–"), cell(places or "–"), aliases)
+        )
+    return table(("effect", "unknowns", f"locations on {EXAMPLE}", "can look like"), rows)
+
+
+def _locations(effect: AnyEffect, problem: typing.Any) -> Sequence[AnyEffect]:
+    try:
+        return effect.locations(problem) if effect.is_offered(problem) else ()
+    except Exception:  # an effect that does not fit this problem
+        return ()
+
+
 def own_plugins(group: str) -> list[str]:
     """Names of this project's plugins: who builds the site may have others."""
     return [name for name in registry.registered(group) if registry.origin(group, name).startswith(registry.PROJECT)]

@@ -52,7 +52,7 @@ class AmplitudeFit(Fit):
 def fitted_amplitudes(readings: Readings) -> AmplitudeFit:
     """The fit to all runs of readings in one plane.
 
-    Raises `SettingError` where weights are unknown, or known ones do not determine the coefficients.
+    Raises `SettingError` if weights are unknown, or known ones do not determine the coefficients.
     """
     if len(readings.is_known) < len(readings.names):
         raise SettingError(

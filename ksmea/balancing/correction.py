@@ -24,7 +24,7 @@ N_DRAW = 1000  # of the coefficients; the ends of 95 % intervals are then known 
 @dataclass(frozen=True)
 class Correction:
     """Weights (n_plane,) kg m and what is left (n_entry,) m; draws of the weights' errors and of the amplitudes left, which are
-    empty where the covariance is not known. `p` is that of the bare response being from unbalance in the planes alone."""
+    empty if the covariance is not known. `p` is that of the bare response being from unbalance in the planes alone."""
 
     weights: ComplexArray
     variance: Array | None  # (n_plane,) of the complex error, (kg m)²
@@ -97,7 +97,7 @@ def least_squares(coefficients: ComplexArray) -> ComplexArray:
 
 
 def _p_of_unbalance(fit: Fit, linear: ComplexArray) -> float | None:
-    """p of the bare response, were it that of weights in the planes alone; None where entries are no more than planes."""
+    """p of the bare response, were it that of weights in the planes alone; None if entries are no more than planes."""
     n_plane, n_entry = fit.influence.planes.shape
     if n_entry <= n_plane:
         return None

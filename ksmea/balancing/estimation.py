@@ -39,7 +39,7 @@ class WeightEstimate:
 def estimated(fit: Fit, run: int, planes: Indices) -> WeightEstimate:
     """The weights of a run in some planes, all else of it known; the run itself is not to be among those of the fit.
 
-    Raises `SettingError` where there are more planes than entries."""
+    Raises `SettingError` if there are more planes than entries."""
     readings, one = fit.readings, np.array([run])
     n_entry = readings.response.shape[1]
     if len(planes) > n_entry:

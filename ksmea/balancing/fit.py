@@ -42,8 +42,8 @@ class Terms:
 
 @dataclass(frozen=True)
 class Fit:
-    """`used` are the runs that it was fitted to; `dof` are complex degrees of freedom of the covariance, inf where it is
-    known. `deviance_of_drift` is by how much the drift lowers −2 ln L, None where there was no choice."""
+    """`used` are the runs that it was fitted to; `dof` are complex degrees of freedom of the covariance, inf if it is
+    known. `deviance_of_drift` is by how much the drift lowers −2 ln L, None if there was no choice."""
 
     readings: Readings
     used: Indices

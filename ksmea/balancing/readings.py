@@ -23,7 +23,7 @@ MOST_CAUSES = 5  # runs that a remark names
 
 @dataclass(frozen=True)
 class Readings:
-    """Runs × entries, SI. `weights` are complex, size · e^{i angle}, in the planes; NaN where unknown."""
+    """Runs × entries, SI. `weights` are complex, size · e^{i angle}, in the planes; NaN if unknown."""
 
     names: tuple[str, ...]
     planes: Array  # (n_plane,) m
@@ -133,7 +133,7 @@ def _planes(campaign: Campaign) -> Array:
 
 
 def _weight(campaign: Campaign, run: int, plane: float) -> complex:
-    """The sum of the weights of a run in a plane, kg m; NaN where one is unknown."""
+    """The sum of the weights of a run in a plane, kg m; NaN if one is unknown."""
     at = campaign.runs[run]
     if any(sought.position == plane for sought in at.unknown_weights):
         return complex(np.nan)

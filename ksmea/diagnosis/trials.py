@@ -19,6 +19,7 @@ from ksmea.fits.fitting import (
     TRIAL_ITERATIONS,
     BaselineFits,
     Fit,
+    finished,
     fit_along,
     fit_from,
     fit_from_points,
@@ -37,6 +38,7 @@ from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.problem import Problem
 
 TIE = 0.1  # of ΔBIC: trials that are as near as this go by name, so that rounding chooses no first one
+EXCHANGED = 6  # effects whose unknowns the fits of all others start from
 FAR = 50.0  # above the deviance of the most promising trial: fits that end there are no rivals, and need no end
 
 
@@ -198,6 +200,25 @@ def refined(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> 
     lead = min([lead, *(trial.fit for trial in better)], key=lambda fit: fit.deviance)
     better += shared(partial(again, ceiling=lead.deviance + FAR), trials[1:], search.workers)
     return ranked(better)
+
+
+def exchanged(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
+    """The trials, each with the better of its fit and further ones to the end, from the unknowns that the best `EXCHANGED` effects
+    have; those whose response may jump only if they are rivals."""
+    starts = [trial.fit for trial in best_by_name(trials).values()][:EXCHANGED]
+    ceiling = min(trial.fit.deviance for trial in trials) + FAR
+
+    def again(trial: Trial) -> Trial:
+        jumps = trial.fit.problem.parameters.makes_jumps
+        if jumps and trial.fit.deviance > ceiling:
+            return trial
+        fit, without = finished(trial.fit), baseline.best
+        with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
+            other = stable_fit(fit_from(fit, starts, baseline, search.effort), start_nearby(fit.problem, without))
+            fit = min(fit, other, key=lambda each: each.deviance)
+        return trial_of(trial.candidate, fit, without, len(trials))
+
+    return ranked(shared(again, trials, search.workers))
 
 
 def shared(search: Callable[[Trial], Trial], trials: Sequence[Trial], workers: Workers) -> list[Trial]:

@@ -9,6 +9,7 @@ makes no 2X. Whatever its size, these channels hold only noise.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices, Mask
 from ksmea.fits.search import Effort, Search
 from ksmea.fits.starts import scan_values, scanned, screened, screened_at, screened_both_ways
+from ksmea.fits.variable_projection import projected, unbalance_planes
 from ksmea.inference.intervals import Estimate, estimate
 from ksmea.inference.maximisation import (
     best_maxima,
@@ -53,6 +55,7 @@ TRIAL_ITERATIONS = 100  # at most: fits that explain the data end by 60, and the
 # the mean square of what is left.
 END = 1e-4
 PATH_ITERATIONS = 4  # of each fit on a path of values
+PROJECTED = 5  # times as many points as of a scan are screened by variable projection
 LAST_DECADE = 0.1  # of the last value of a path, from where on its values are screened
 
 
@@ -234,7 +237,9 @@ def fit_along(case: Case, baseline: BaselineFits, path: Array, effort: Effort) -
 
     The path consists of fits at values (n, e) SI of the effect's unknowns, each from the end of the last one, the first from the
     fit of the baseline model. Of several unknowns each one without a prior then follows its part of the path alone, from the best
-    point so far. Screenings are made at the values of the last decade; if all unknowns have priors, at the last ones.
+    point so far. Screenings are made at the values of the last decade; if all unknowns have priors, at the last ones. If several planes
+    have unknown unbalance, one is made by variable projection too: a sweep has many maxima, and a screening at random unbalance misses
+    the best ones.
     """
     likelihood, d = likelihood_of(case), baseline.best.likelihood.d
     e = path.shape[1]
@@ -253,7 +258,23 @@ def fit_along(case: Case, baseline: BaselineFits, path: Array, effort: Effort) -
     screened = screened_at(case, baseline.screened.thinned(effort.scan), last)
     starts = [likelihood.start(u) for u in screened.apart(effort.starts, START_DISTANCE).points]
     points = [maximise(likelihood, point.theta, tolerance=1e-4) for point in best] + _maxima(likelihood, starts, effort)
+    by_projection = [likelihood.start(u) for u in _projected_starts(case, baseline.best.noise, d, last, effort)]
+    if by_projection:
+        points += _maxima(likelihood, by_projection, dataclasses.replace(effort, survivors=len(by_projection)))
     return Fit(likelihood, min(points, key=lambda point: point.deviance))
+
+
+def _projected_starts(case: Case, noise: Noise, d: int, values: Array, effort: Effort) -> Array:
+    """Points (n, d) from a screening by variable projection at values (m, e) of the unknowns from d on; none of amplitudes, or unless
+    several planes have unknown unbalance."""
+    measurement = case.measurement
+    planes = unbalance_planes(case.problem)
+    if measurement.is_amplitude or measurement.is_by_differences or not planes:
+        return np.empty((0, len(case.problem.parameters)))
+    n = 2 ** (PROJECTED * effort.scan - 1).bit_length()
+    points = case.problem.parameters.from_decades(sobol(n, len(case.problem.parameters)))
+    points[:, d : d + values.shape[1]] = values[np.arange(n) % len(values)]
+    return projected(case, noise, planes, points).apart(effort.starts, START_DISTANCE).points
 
 
 def _points_along(likelihood: Likelihood, theta: Array, d: int, values: Array) -> list[Point]:

@@ -27,7 +27,7 @@ class Direct(Method):
 
     optimizer: Optimizer = part("what searches the true model")
     misfit: str = setting("likelihood", "form of the misfit", choices=FORMS)
-    budget: int | None = setting(None, "true-model evaluations at most; null: what the optimiser asks for", at_least=1)
+    budget: int | None = setting(None, "largest number of true-model evaluations; null: no limit but the optimiser's", at_least=1)
     jacobian_cost: int = setting(
         0,
         "evaluations that one Jacobian counts as in the budget; 0: it is counted apart, and costs nothing",
@@ -35,8 +35,8 @@ class Direct(Method):
     )
     final_step: bool | None = setting(
         None,
-        "end at the maximum of the likelihood nearest to the optimiser's optimum; null: where the likelihood is searched for"
-        " and the noise's level is not known",
+        "end at the maximum of the likelihood nearest to the optimiser's optimum; null: if the misfit is the likelihood"
+        " and the noise level is not known",
     )
 
     def validate(self, problem: Problem) -> None:

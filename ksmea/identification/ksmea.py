@@ -53,12 +53,12 @@ class KSMEA(Method):
     misfit: str = setting("log", "form of the misfit that is minimised on the surrogate", choices=FORMS)
     infill: str = setting(
         "optimum",
-        "where the next true evaluation is: at the surrogate's lowest misfit, as the paper does, or where the expected"
+        "location of the next true evaluation: at the surrogate's lowest misfit, as the paper does, or where the expected"
         " improvement of the misfit is largest (`ksmea/identification/updating.py`)",
         choices=INFILLS,
     )
     surrogate_error: bool = setting(
-        True, "add the surrogate's leave-one-out error to the noise, where the surrogate tells it"
+        True, "add the surrogate's leave-one-out error to the noise, if the surrogate estimates it"
     )
     smc: float = setting(0.999, "stop when the squared multiple correlation exceeds this", source="eq. (23)", at_most=1)
     sdf: float = setting(
@@ -84,7 +84,7 @@ class KSMEA(Method):
         at_least=0,
     )
     surrogate_budget: int | None = setting(
-        None, "surrogate evaluations at most per updating step; null: what the optimiser asks for", at_least=1
+        None, "largest number of surrogate evaluations per updating step; null: no limit but the optimiser's", at_least=1
     )
     polish: bool = setting(True, "end each search on the surrogate with bounded least squares from the optimum found")
     nearest: int | None = setting(
@@ -193,7 +193,7 @@ class KSMEA(Method):
     def _fitted(
         self, surrogate: Surrogate, previous: Predictor | None, known: _Samples, rng: np.random.Generator
     ) -> _Fitted:
-        """The surrogate of the samples, or its substitute where it is not suited; `previous` is the predictor without the last sample."""
+        """The surrogate of the samples, or its substitute if it is not suited; `previous` is the predictor without the last sample."""
         measurement = known.misfit.measurement
         size = {"n_speed": len(measurement.speed), "n_channel": len(measurement.channels)}
         transform = make_transform(surrogate.transform, measurement.kind, **size)
@@ -314,7 +314,7 @@ class _Samples:
         return self.points[index], float(self.misfits[index])
 
     def nearest_to_best(self, count: int | None) -> Indices:
-        """Indices of that many samples nearest to the best one, in their order; of all where there are no more."""
+        """Indices of that many samples nearest to the best one, in their order; of all if there are no more."""
         if count is None or len(self.points) <= count:
             return np.arange(len(self.points))
         distance = np.linalg.norm(self.points - self.best()[0], axis=1)

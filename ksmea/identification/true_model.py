@@ -32,7 +32,7 @@ class TrueModel(Predictor):
 
 def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> Objective:
     """The misfit of the true model as an objective, with the Jacobian from the sensitivity where the problem has one;
-    `SettingError` where the model's problem is not seen as the misfit's measurement."""
+    `SettingError` if the model's problem is not seen as the misfit's measurement."""
     require_aligned(model.problem, misfit.measurement)
 
     def residuals(u: Array) -> Array:
@@ -59,7 +59,7 @@ FINAL_STEP = "final step"  # the stage's name
 
 def most_likely(model: Model, measurement: Measurement, start: Array) -> tuple[Array, float] | None:
     """The maximum (d,) nearest to a point of the unit cube and its deviance, with the noise estimated along where its
-    level is not known; None where the model's budget does not admit a step.
+    level is not known; None if the model's budget does not admit a step.
 
     Without noise there is no likelihood: least squares then, and their misfit.
     """

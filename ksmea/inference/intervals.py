@@ -248,7 +248,7 @@ def checked_intervals(
     profiled: Iterable[int] | None = None,
 ) -> tuple[Point, list[Interval] | None]:
     """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rises`
-    (n_maximum, d); none where profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed.
+    (n_maximum, d); none if profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed.
     One that is found takes the largest rises of all."""
     for _ in range(MOST_MOVES if _jumps(likelihood) else MAX_MOVES):
         best = distinct(likelihood, maxima)

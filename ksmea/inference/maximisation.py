@@ -118,7 +118,7 @@ def maximise(
 
 
 def _tried(likelihood: Maximised, theta: Array, *, is_promising: bool) -> tuple[float, Point | None]:
-    """The deviance at θ (p,), infinite where there is none, and the whole point where it costs little more and a step is likely to
+    """The deviance at θ (p,), infinite if there is none, and the whole point where it costs little more and a step is likely to
     lead on from there."""
     if not (is_promising and likelihood.linearises_at_once):
         return likelihood.deviance(theta), None

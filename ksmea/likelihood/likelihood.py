@@ -165,7 +165,7 @@ class Likelihood:
         return [np.array([relative[np.argmin(by_noise[:, column])], floor[column]]) for column in (best, 0, -1)]
 
     def other_noise(self, theta: Array) -> list[Array]:
-        """θ with other levels of the noise to start from: none where they are known."""
+        """θ with other levels of the noise to start from: none if they are known."""
         if not self.noise_is_estimated:
             return []
         starts = [np.concatenate([theta[: self.d], noise]) for noise in self.noise_starts(theta[: self.d])]

@@ -43,7 +43,7 @@ LOG_OFFSET = 100.0
 class Misfit:
     """Misfit to one measurement.
 
-    `assumed_relative` stands in for the noise where there is none or its level is not known: equal weights in relative
+    `assumed_relative` stands in for the noise if there is none or its level is not known: equal weights in relative
     terms.
     `model_sd` (n_speed, n_channel), m, is the error of a surrogate that predicts, added to the noise.
     """

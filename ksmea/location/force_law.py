@@ -314,7 +314,7 @@ def chance_beyond_free_force(site: SiteFit, likelihood: LawLikelihood, deviance:
 def located_fit(extended: Problem, law: LawFit, plain: SiteFit, before: Fit) -> Fit:
     """A problem whose last unknowns are the coefficients of a fitted law, fitted; `before` is the fit without them.
 
-    Raises LinAlgError where no start has a steady motion under the law."""
+    Raises LinAlgError if no start has a steady motion under the law."""
     case = plain.likelihood.case.by(extended)
     found = []
     for fit in (law.site, plain):

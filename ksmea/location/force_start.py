@@ -60,7 +60,7 @@ def can_recover(case: Case, position: float) -> bool:
 
 def starts_from_force(extended: Case, without: Case, position: float, law: ForceLaw, ceiling: float = np.inf) -> Array:
     """Points (n, d) of the unit cube from which to fit a problem that an effect has extended: a force by a law at a position, m.
-    There are none where no law is found that has a steady motion, or where a free force leaves a deviance above a ceiling: no law
+    There are none if no law is found that has a steady motion, or where a free force leaves a deviance above a ceiling: no law
     comes lower. The data are such that `can_recover`. `SettingError` for a law that does not come from `ksmea.nonlinear.laws`."""
     if not isinstance(law, Law):
         raise SettingError(f"force_at: expected a law of ksmea.nonlinear.laws, got {law!r}; subclass Law")
@@ -100,7 +100,7 @@ def starts_from_force(extended: Case, without: Case, position: float, law: Force
 
 
 def _with_all_harmonics(extended: Case, motion: ComplexArray, u: Array) -> Fit | None:
-    """The effect fitted from a point of the unit cube (d,), in the steady motions next to that of its site (n_speed, 2), m; None where
+    """The effect fitted from a point of the unit cube (d,), in the steady motions next to that of its site (n_speed, 2), m; None if
     there is none on the way."""
     likelihood = likelihood_of(extended.by(extended.problem.next_to(motion)))
     with suppress(np.linalg.LinAlgError):

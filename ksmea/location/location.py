@@ -139,7 +139,7 @@ def missing_to_locate(problem: Problem, kind: str) -> str:
         return f"{n_channel}; add a probe at another plane, or both directions there"
     if not leaves_enough(problem, len(DIRECTIONS)):
         left = 2 * (n_channel - len(DIRECTIONS)) * len(problem.speed)
-        return f"{left} real data beside the force for {len(problem.parameters)} unknowns; measure more speeds"
+        return f"{left} real data in addition to the force for {len(problem.parameters)} unknowns; measure more speeds"
     return ""
 
 

@@ -77,7 +77,7 @@ class RecoveredForce:
     @property
     def coherence(self) -> Array | None:
         """How nearly the force is a dynamic stiffness times the motion, in x, y, forward and backward, (4,): 1 if it is so
-        at all speeds, 0 where it does not follow at all. The stiffness may be any complex parabola over speed, as a spring,
+        at all speeds, 0 if it does not follow at all. The stiffness may be any complex parabola over speed, as a spring,
         a damper and a mass make one; each speed weighs as the force is known there, and what is noise in it counts on
         neither side."""
         if self.motion is None:

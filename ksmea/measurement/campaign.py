@@ -189,7 +189,7 @@ BARE = "bare"  # a run without a weight
 
 
 def weights_of(run: str) -> tuple[Weight, ...]:
-    """The weights of a run; `SettingError` where the word says none.
+    """The weights of a run; `SettingError` if the word says none.
 
     >>> [str(weight) for weight in weights_of("150@0.2+80@1@-90")]
     ['150 g mm at 0.2 m, 0°', '80 g mm at 1 m, -90°']

@@ -34,7 +34,7 @@ def direction_at(degrees: float) -> str:
 
 
 def require_direction(direction: str, setting: str = "direction") -> None:
-    """Raise `SettingError` where a text is no direction, or is one under another name than its own."""
+    """Raise `SettingError` if a text is no direction, or is one under another name than its own."""
     try:
         own = direction if direction in DIRECTIONS else direction_at(float(direction))
     except ValueError:  # a `SettingError` too: an angle that is not finite

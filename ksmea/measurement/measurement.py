@@ -13,6 +13,7 @@ from ksmea.errors import SettingError, unknown
 from ksmea.measurement.campaign import Campaign
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
+from ksmea.measurement.notation import Notation
 from ksmea.measurement.observable import Observable
 from ksmea.measurement.speeds import SpeedHistory
 
@@ -23,7 +24,7 @@ KINDS = OBSERVABLES  # name in plugins, for one release
 @dataclass(frozen=True)
 class Layout:
     """What is measured, without the values: where, of what kind (one of `OBSERVABLES`), and whether it is known where phases
-    begin. `locations` says where in its source each channel stands, for messages; empty where that has no meaning.
+    begin. `locations` says where in its source each channel stands, for messages; empty if that has no meaning.
     `campaign` has the runs that the speeds belong to; None: one run."""
 
     speed: Array  # (n_speed,) rad/s
@@ -59,11 +60,12 @@ class Layout:
 class Measurement:
     """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s).
 
-    `noise` is None where its level is not known; `phase_known` is false where phases were measured from an origin that
+    `noise` is None if its level is not known; `phase_known` is false where phases were measured from an origin that
     nobody knows: the angle of the whole response is one more unknown then. What is measured at other harmonics than 1X has its
     phase: an amplitude of noise alone is never 0, which a Gaussian likelihood takes for a response (docs/diagnosis.md). Speeds of several runs stand one run after the
     other, as `campaign` says; without one they are those of one run. `history` says how the speed of that one went; None: not
-    known, or in steady states. `time` (n_speed,) is when each was measured, s from any origin; None where nobody says.
+    known, or in steady states. `time` (n_speed,) is when each was measured, s from any origin; None if nobody says. `notation` is how its own file
+    writes them.
     """
 
     speed: Array
@@ -75,6 +77,7 @@ class Measurement:
     campaign: Campaign | None = None
     history: SpeedHistory | None = None
     time: Array | None = None
+    notation: Notation = Notation()
 
     def __post_init__(self) -> None:
         expected = (len(self.speed), len(self.channels))
@@ -99,7 +102,7 @@ class Measurement:
                 " alone; use complex data, or 1X alone"
             )
         if others and len(others) == len(self.channels):
-            raise SettingError(f"measurement: expected 1X beside {others[0]}, got none; add it")
+            raise SettingError(f"measurement: expected 1X with {others[0]}, got none; add it")
         if not np.all(np.isfinite(self.values)):
             raise SettingError(
                 "measurement: expected finite values, got NaN or infinity; remove those speeds or channels"

@@ -65,7 +65,7 @@ class Law(ABC):
         """What acts, (n, n_speed, 2) N, with coefficients (n, n_coefficient) SI, in the steady motion that it is part of. Where
         there are several, it is the one that `steady_motion` chooses.
 
-        Raises LinAlgError where there is none."""
+        Raises LinAlgError if there is none."""
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ class SiteForce:
 
 
 def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
-    """What acts. Raises LinAlgError where no steady motion is found."""
+    """What acts. Raises LinAlgError if no steady motion is found."""
     n, n_speed, m = site.without_force.shape
     row = np.repeat(np.arange(n), n_speed)
     alone = site.without_force.reshape(-1, m)

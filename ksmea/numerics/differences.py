@@ -72,7 +72,7 @@ Value = TypeVar("Value")
 
 
 def recent(kept: OrderedDict[Key, Value], key: Key, make: Callable[[], Value], most: int) -> Value:
-    """What is kept under a key, made where it is not; the `most` that were asked for last are kept.
+    """What is kept under a key, made if it is not; the `most` that were asked for last are kept.
 
     >>> kept = OrderedDict([("a", 1), ("b", 2)])
     >>> recent(kept, "a", lambda: 0, 2), recent(kept, "c", lambda: 3, 2), list(kept)

@@ -56,7 +56,7 @@ class Meter:
         return n if self.budget is None else min(n, max(self.budget - self.spent, 0))
 
     def require(self, n: int) -> None:
-        """Raise `BudgetSpent` where the budget does not hold `n` more evaluations."""
+        """Raise `BudgetSpent` if the budget does not hold `n` more evaluations."""
         if self.admitted(n) < n:
             self.refuse()
 

@@ -103,7 +103,7 @@ class Objective(Meter):
         return Minimum(self._best_u.copy(), float(self._best_value), self.evaluations, self.jacobians)
 
     def found(self, model: Meter) -> Minimum:
-        """The best point, if it has a finite misfit. Raises `BudgetSpent` where the budget of the model was spent without the
+        """The best point, if it has a finite misfit. Raises `BudgetSpent` if the budget of the model was spent without the
         objective, else ArithmeticError."""
         best = self.result()
         if np.isfinite(best.value):

@@ -7,6 +7,7 @@ Parameter vectors are SI, in the order of `Problem.parameters`.
 
 from __future__ import annotations
 
+import re
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +20,10 @@ from ksmea.arrays import Array
 from ksmea.measurement.measurement import Measurement
 from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
+from ksmea.records.statement import ORBIT as ORBIT
+from ksmea.records.statement import POLAR
+from ksmea.records.statement import SizeRecord as SizeRecord
+from ksmea.records.statement import StatementRecord as StatementRecord  # both are part of the contract
 from ksmea.settings.settings import Settings
 
 Seen = TypeVar("Seen", bound="Problem")  # the kind of problems that an effect can be added to
@@ -42,6 +47,16 @@ class Effect(Settings, Generic[Seen]):
 
     # Effects that can look alike, by name, and what separates them. Default: empty.
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    # A noun for it in sentences, such as 'residual bow'. Default: the name of its class.
+    words: ClassVar[str] = ""
+    # Where it acts and how much of it there is, a sentence without a full stop and with its unknowns in braces
+    # (`ksmea.records.statement`), such as "The shaft is {youngs_modulus_change:stiffer|softer} than in the model".
+    # Default: `words`, location and sizes.
+    says: ClassVar[str] = ""
+    # What to check on the machine if it is named, a sentence. Default: empty.
+    check_next: ClassVar[str] = ""
+    # The picture that shows it best: a response with speeds in the complex plane, or orbits. Default: polar.
+    picture: ClassVar[str] = POLAR
     if_nowhere: ClassVar[str] = "leave it out"  # what a message says to do where a problem has no location for it
     # Whether it is fitted from values all over its limits, as an effect that moves or hides resonances requires. Default: True.
     is_scanned: ClassVar[bool] = True
@@ -78,6 +93,34 @@ class Effect(Settings, Generic[Seen]):
     def force_at(self) -> tuple[float, ForceLaw] | None:
         """Position (m) of a force that acts alone, and the nonlinear law whose coefficients are the unknowns. Default: None."""
         return None
+
+    @classmethod
+    def in_words(cls) -> str:
+        """Its `words`, or the name of its class in words."""
+        return cls.words or re.sub(r"(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
+
+    def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        """What is said of it at these sizes: of each unknown by name, and of each pair `name_x`, `name_y` as the vector `name`.
+        Default: what `says` has it; an effect whose sentence depends on its sizes, or needs others, overrides it."""
+        place = str(self)
+        words = self.in_words()
+        return StatementRecord(words, self.says or self._in_short(sizes), dict(sizes), place, self.check_next, self.picture)
+
+    def vectors(self) -> Sequence[str]:
+        """Names of vectors among its unknowns, without `_x` and `_y`. Default: empty."""
+        return ()
+
+    def _in_short(self, sizes: Mapping[str, SizeRecord]) -> str:
+        """A sentence that holds of every effect: 'Probe rotation of {probe_rotation} {place}'."""
+        vectors = self.vectors()
+        parts = {f"{vector}_{axis}" for vector in vectors for axis in "xy"}
+        names = [name for name, size in sizes.items() if name not in parts and (size.angle is None or name in vectors)]
+        words = self.in_words()
+        words = f"{words[:1].upper()}{words[1:]}"
+        if len(names) == 1:
+            return f"{words} of {{{names[0]}}} {{place}}"
+        sized = ", ".join(f"{name.replace('_', ' ')} {{{name}}}" for name in names)
+        return f"{words} {{place}}: {sized}"
 
     @abstractmethod
     def draw(self, problem: Seen, rng: np.random.Generator) -> Array:

@@ -76,7 +76,7 @@ class FoundPlugin:
 
 
 def plugins_of_file(path: Path) -> list[FoundPlugin]:
-    """The plugins of a file, which is executed for that; `SettingError` where it cannot be, or has none."""
+    """The plugins of a file, which is executed for that; `SettingError` if it cannot be, or has none."""
     module = _loaded(path)
     own = [each for each in vars(module).values() if isinstance(each, type) and each.__module__ == module.__name__]
     found = [
@@ -142,7 +142,7 @@ def digests(path: Path) -> dict[str, str]:
 
 def brought_along(path: Path) -> dict[str, Path]:
     """A plugin's file, and the modules and packages beside it that it imports, packages with all their files, by name;
-    `SettingError` where there is no such file."""
+    `SettingError` if there is no such file."""
     if not path.is_file():
         raise SettingError(f"expected a Python file, found none at {path}; give its path", setting="plugins")
     found = {path.name: path}
@@ -215,7 +215,7 @@ def _spelt_out(call: ast.Call) -> str:
 
 
 def _beside(folder: Path, module: str) -> list[Path]:
-    """The files of a module or of the whole package that it is in, where that lies in a folder; none where it does not."""
+    """The files of a module or of the whole package that it is in, where that lies in a folder; none if it does not."""
     top, *_ = parts = module.split(".")
     if top in OURS or top in sys.stdlib_module_names:
         return []
@@ -251,7 +251,7 @@ def _loaded(path: Path) -> ModuleType:
 
 
 def _require_own_name(path: Path, name: str) -> None:
-    """Raise `SettingError` where Python finds another module of a name than the one beside a plugin's file."""
+    """Raise `SettingError` if Python finds another module of a name than the one beside a plugin's file."""
     try:
         spec = find_spec(name)
     except ValueError:  # the module that was started
@@ -272,7 +272,7 @@ def one_line(error: BaseException) -> str:
 
 
 def require_same(path: Path, planned: Mapping[str, str]) -> None:
-    """Raise `SettingError` where a file, or what it imports from beside it, is no longer as planned."""
+    """Raise `SettingError` if a file, or what it imports from beside it, is no longer as planned."""
     if changed := [name for name, digest in digests(path).items() if planned.get(name) != digest]:
         raise SettingError(
             f"{path}: expected what the experiment was planned with, but {', '.join(changed)} has changed; give"

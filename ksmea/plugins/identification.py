@@ -82,7 +82,7 @@ class Identification:
     `stop` is one of: smc, sdf, repeated (the optimum is a sample already), updates, budget, optimizer.
     Evaluations and Jacobians are what the method counts; a record has the study's own count (`ksmea.studies.identify`).
     `seconds` splits the wall time into model, surrogate (fits), search (optimiser and predictions) and total.
-    `stages` are the parts of the method in their order: x is that of the last. Left out: there is only one.
+    `stages` are the parts of the method in their order: x is that of the last. Default: there is only one.
     """
 
     x: Array  # (d,) SI

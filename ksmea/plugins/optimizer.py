@@ -25,4 +25,4 @@ class Optimizer(Settings):
         """Ask the objective for values and return `objective.result()`; let `BudgetSpent` pass."""
 
     def check_dimension(self, dim: int) -> None:
-        """Raise `SettingError` where it does not suit `dim` unknowns. Left out: it suits any number."""
+        """Raise `SettingError` if it does not suit `dim` unknowns. Default: it suits any number."""

@@ -51,7 +51,7 @@ __all__ = [
 
 def register_file(path: Path, planned: Mapping[str, str] | None = None) -> None:
     """Register the plugins of a Python file, which is executed for that, beside the installed ones. A file that has been
-    registered stays as it was. `SettingError` where it cannot be loaded, has no plugin, or one of a name that is taken, and
+    registered stays as it was. `SettingError` if it cannot be loaded, has no plugin, or one of a name that is taken, and
     where it and what it imports from beside it do not have the `planned` digests."""
     if is_added(path):
         return

@@ -51,7 +51,7 @@ class Surrogate(Settings):
         """A predictor from samples u (n, d) in the unit cube with outputs y (n, q); or `ksmea.plugins.surrogate.Unsuited`."""
 
     def refit(self, previous: Predictor, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
-        """`fit` that may start from an earlier predictor of fewer samples. Left out: `fit`."""
+        """`fit` that may start from an earlier predictor of fewer samples. Default: `fit`."""
         return self.fit(u, y, rng)
 
 
@@ -63,20 +63,20 @@ class Predictor(ABC):
         """(k, d) → (k, q)."""
 
     def variance(self, u: Array) -> Array | None:
-        """Prediction variance of each output, (k, q). Left out: None, it is not known."""
+        """Prediction variance of each output, (k, q). Default: None, it is not known."""
         return None
 
     def leave_one_out(self) -> Array | None:
-        """Root mean square leave-one-out error of each output, (q,). Left out: None, the prediction counts as exact."""
+        """Root mean square leave-one-out error of each output, (q,). Default: None, the prediction counts as exact."""
         return None
 
     def append(self, u: Array, y: Array) -> Predictor | None:
-        """A new predictor with one more sample u (d,), y (q,), cheaper than a new fit. Left out: None, fit anew."""
+        """A new predictor with one more sample u (d,), y (q,), cheaper than a new fit. Default: None, fit anew."""
         return None
 
     @property
     def notes(self) -> Mapping[str, float]:
-        """What is worth keeping in the run's record (a nugget that grew, θ …). Left out: nothing."""
+        """What is worth keeping in the run's record (a nugget that grew, θ …). Default: nothing."""
         return {}
 
 

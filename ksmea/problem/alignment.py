@@ -24,7 +24,7 @@ def aligned(problem: Problem, measured: Measurement | Layout) -> Problem:
     """The problem at the speeds and channels of a measurement and in its runs, its phase origin unknown where that of the
     data is.
 
-    Raises `SettingError` where the problem lacks something to be compared with data, or cannot be seen so: a channel or a weight off its shaft, or phases that it has no
+    Raises `SettingError` if the problem lacks something to be compared with data, or cannot be seen so: a channel or a weight off its shaft, or phases that it has no
     use for.
     """
     if problem.missing:
@@ -54,7 +54,7 @@ def through(problem: Problem, channels: Sequence[Channel]) -> Problem:
 
 
 def require_aligned(problem: Problem, measurement: Measurement) -> None:
-    """Raise `SettingError` where a problem is not seen as the measurement: another number of speeds or channels, a speed
+    """Raise `SettingError` if a problem is not seen as the measurement: another number of speeds or channels, a speed
     (beyond rounding) or a channel that differs, other runs, or a phase origin that is unknown in the data alone."""
     _require_speeds(problem.speed, measurement.speed)
     if problem.campaign != measurement.campaign:
@@ -72,7 +72,7 @@ def require_aligned(problem: Problem, measurement: Measurement) -> None:
             raise SettingError(f"channel {number}: expected {measured} as measured, got a problem seen in {own}; {TRY}")
     if measurement.layout.has_free_phase and not problem.has_free_phase:
         raise SettingError(
-            "phases: expected a problem whose phase origin is unknown as that of the measurement is, got one without"
+            "phases: expected a problem with an unknown phase origin, as the measurement has, got one without"
             f" phase_origin among its unknowns; {TRY}"
         )
 

@@ -30,7 +30,7 @@ LARGEST_WEIGHT = 1000.0  # times the largest unbalance that the model may have; 
 def in_runs(machine: Problem, campaign: Campaign) -> CampaignProblem:
     """A machine, seen at the speeds of all runs one after the other, as the campaign saw it.
 
-    Raises `SettingError` where it takes a weight of no run, or lacks an unknown that each run has of its own.
+    Raises `SettingError` if it takes a weight of no run, or lacks an unknown that each run has of its own.
     """
     for run in campaign.runs:
         _check_units(campaign, run)

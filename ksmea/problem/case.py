@@ -16,7 +16,7 @@ from ksmea.problem.problem import Problem
 class Case:
     """A problem at the speeds, channels and runs of its measurement.
 
-    Raises `SettingError` where they are not aligned (`ksmea.problem.alignment`).
+    Raises `SettingError` if they are not aligned (`ksmea.problem.alignment`).
     """
 
     problem: Problem
@@ -27,7 +27,7 @@ class Case:
 
     @classmethod
     def of(cls, problem: Problem, measurement: Measurement) -> Case:
-        """A problem as a measurement sees it. Raises `SettingError` where it cannot be seen so."""
+        """A problem as a measurement sees it. Raises `SettingError` if it cannot be seen so."""
         return cls(aligned(problem, measurement), measurement)
 
     def by(self, problem: Problem) -> Case:

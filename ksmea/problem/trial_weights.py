@@ -32,7 +32,7 @@ def weight_positions(problem: Problem) -> list[float]:
 
 
 def trial_weights(problem: Problem, x: Array) -> list[Weight]:
-    """Weights of that size at each of these positions and at four angles. None where the problem takes none."""
+    """Weights of that size at each of these positions and at four angles. None if the problem takes none."""
     positions = weight_positions(problem)
     if not problem.takes_unbalance or not positions:
         return []
@@ -44,7 +44,7 @@ ON_DISK = 1e-3  # m, from the middle of a disk: a weight that is nearer sits on 
 
 
 def disk_positions(problem: Problem) -> dict[str, float]:
-    """Where each disk is, m, by its name; empty where the problem knows of none."""
+    """Where each disk is, m, by its name; empty if the problem knows of none."""
     return {name: position for name, position in problem.landmarks.items() if name.startswith("disk")}
 
 

@@ -2,7 +2,7 @@
 
 Lengths in m, speeds in rad/s, times in s; vibrations in µm 0-peak, weights in the unit of their file (g mm, oz in, g at a
 radius …) and angles in degrees: what a balancer reads.
-An interval of an angle is None where the interval of the size reaches 0.
+An interval of an angle is None if the interval of the size reaches 0.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class PlaneRecord:
 
 @dataclass(frozen=True)
 class WeightRecord:
-    """A weight of a run as its response tells it; `known` is what its mark says, size and angle, None where unknown.
+    """A weight of a run as its response tells it; `known` is what its mark says, size and angle, None if unknown.
     `p` is the lack-of-fit p of the run's response with its weights."""
 
     run: str
@@ -136,7 +136,7 @@ class SplitRecord:
 
 
 def _of_correction(record: CorrectionRecord) -> Quantity | None:
-    """None where planes have units of their own, which `units` has."""
+    """None if planes have units of their own, which `units` has."""
     names = set(record.units or [USUAL])
     return Quantity(names.pop()) if len(names) == 1 else None
 
@@ -179,7 +179,7 @@ class LeftOutRecord:
 
 
 def _of_run_time(record: BalanceRecord) -> Quantity | None:
-    """None where the runs are counted, since no time is known."""
+    """None if the runs are counted, since no time is known."""
     is_counted = record.run_time == tuple(range(len(record.run_time)))
     return None if is_counted else TIME
 

@@ -41,7 +41,7 @@ class SpreadRecord(Record):
 
 @dataclass(frozen=True)
 class RepeatsRecord(Record):
-    """Noise s² = (relative · |q|)² + floor² of repeats, a part of which next to nothing shows being 0. `between` is None where
+    """Noise s² = (relative · |q|)² + floor² of repeats, a part of which next to nothing shows being 0. `between` is None if
     no runs are alike, or they themselves are the repeats (`are_runs`)."""
 
     relative: Part

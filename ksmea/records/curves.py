@@ -49,7 +49,7 @@ class FineCurve:
 
 
 def check_shape(name: str, matrix: Matrix | None, n_row: int, n_column: int) -> None:
-    """Raise `SettingError` where a matrix of a record has another shape; one without any number may have any."""
+    """Raise `SettingError` if a matrix of a record has another shape; one without any number may have any."""
     if matrix is None or not any(value is not None and np.isfinite(value) for line in matrix for value in line):
         return
     if len(matrix) != n_row or any(len(line) != n_column for line in matrix):
@@ -59,7 +59,7 @@ def check_shape(name: str, matrix: Matrix | None, n_row: int, n_column: int) -> 
 @dataclass(frozen=True)
 class FitCurves:
     """Data and fitted response over speed (rad/s); `sd` (m) is the standard deviation of the noise at the fit,
-    (n_speed, n_channel), None where it is neither known nor estimated."""
+    (n_speed, n_channel), None if it is neither known nor estimated."""
 
     speed: Annotated[Row, SPEED]
     channels: tuple[str, ...]
@@ -73,7 +73,7 @@ class FitCurves:
         return self.measured.phase is not None
 
     def check(self) -> None:
-        """Raise `SettingError` where curves are not as long as their speeds, or not of each channel."""
+        """Raise `SettingError` if curves are not as long as their speeds, or not of each channel."""
         n_speed, n_channel = len(self.speed), len(self.channels)
         for polar in (self.measured, self.fitted):
             check_shape("fit.amplitude", polar.amplitude, n_speed, n_channel)
@@ -89,7 +89,7 @@ class FitCurves:
 class ResponseCurves:
     """Amplitudes (m, 0-peak) over speed (rad/s), (n_speed, n_channel) each: the measurement, the identified model,
     surrogate (`predicted`) and true model (`modelled`) at the surrogate's last optimum, and the response without noise
-    (`true`) where it is known; None where there is no such curve. `breaks` are where the speeds of a further run begin."""
+    (`true`) where it is known; None if there is no such curve. `breaks` are where the speeds of a further run begin."""
 
     speed: Annotated[Row, SPEED]
     channels: tuple[str, ...]
@@ -101,7 +101,7 @@ class ResponseCurves:
     breaks: tuple[int, ...] = ()
 
     def check(self) -> None:
-        """Raise `SettingError` where curves are not as long as their speeds, or not of each channel."""
+        """Raise `SettingError` if curves are not as long as their speeds, or not of each channel."""
         for name in ("measured", "identified", "predicted", "modelled", "true"):
             check_shape(f"curves.{name}", getattr(self, name), len(self.speed), len(self.channels))
 

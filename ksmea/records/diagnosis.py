@@ -27,6 +27,7 @@ from ksmea.records.extension import (
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.inputs import InputRecord
 from ksmea.records.location import LocationRecord
+from ksmea.measurement.notation import Notation
 from ksmea.records.record import Record
 from ksmea.units import VIBRATION, Quantity, Speed
 
@@ -45,6 +46,7 @@ class TrialRecord(Record):
     delta_bic: float  # above 0: evidence for the effect
     p: float  # of as large a drop where the effect is absent, corrected for the number of candidates
     parameters: tuple[EstimateRecord, ...]  # the effect's own
+    words: str = ""  # the effect as a noun; '' in older records
 
 
 @dataclass(frozen=True)
@@ -189,6 +191,7 @@ class DiagnosisRecord(Record):
     ] = ()  # the best one and those as near; none where none is believed, or older
     averaged: AveragedRecord | None = None  # over these, where there are several and an average is wanted
     inputs: tuple[InputRecord, ...] = ()  # numbers known to a tolerance, by the model that is believed
+    notation: Notation = field(default_factory=Notation)  # of the measurement's own file
     is_split_sought: bool = True  # whether a measurement that would tell them apart is wanted
 
     @classmethod
@@ -204,6 +207,11 @@ class DiagnosisRecord(Record):
     def shown_data(self) -> dict[str, Any]:
         data = self.to_data()
         return data if self.location is None else data | {"location": self.location.shown_data()}
+
+    @property
+    def is_rejected(self) -> bool:
+        """Whether the model as given is."""
+        return self.verdict not in ("adequate", "not observable")
 
     @property
     def is_explained(self) -> bool:

@@ -62,7 +62,7 @@ class NoiseLevelRecord(Record):
 
 @dataclass(frozen=True)
 class StabilityRecord(Record):
-    """The stability threshold and its interval, rad/s; None where no free motion grows up to `searched`, 0: from rest."""
+    """The stability threshold and its interval, rad/s; None if no free motion grows up to `searched`, 0: from rest."""
 
     threshold: Speed | None
     low: Speed | None  # ends of the interval

@@ -27,6 +27,7 @@ import scipy
 from ksmea.arrays import Array
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.record import Record
+from ksmea.records.statement import StatementRecord
 from ksmea.units import Vibration
 
 SUPPORT_LEVEL = 0.05  # p of the signed-rank test up to which a positive elpd difference counts as supported
@@ -91,6 +92,7 @@ class EffectRecord(Record):
     name: str
     location: str
     settings: Mapping[str, Any]
+    statement: StatementRecord | None = None  # what is said of it at its fitted sizes; None in older records, and where it has none
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ class ParameterRecord:
 
     @property
     def is_covered(self) -> bool | None:
-        """Whether the interval holds the true value; None where nobody knows that. An open side holds everything."""
+        """Whether the interval holds the true value; None if nobody knows that. An open side holds everything."""
         if self.true is None:
             return None
         low = -np.inf if self.low is None else self.low
@@ -98,7 +98,7 @@ class SearchStageRecord:
 
 @dataclass(frozen=True)
 class UpdateRecord:
-    """One updating step (`ksmea.plugins.identification.Update`); None where a number is not finite."""
+    """One updating step (`ksmea.plugins.identification.Update`); None if a number is not finite."""
 
     x: tuple[OfUnknown, ...]  # (d,) SI, the surrogate's optimum
     predicted_misfit: float | None = None
@@ -200,7 +200,7 @@ class IdentificationRecord(Record):
     inputs: tuple[InputRecord, ...] = ()  # numbers that are known to a tolerance; values and intervals allow for these
 
     def check(self) -> None:
-        """Raise `SettingError` where values, updates, correlations or curves do not belong to the parameters."""
+        """Raise `SettingError` if values, updates, correlations or curves do not belong to the parameters."""
         names = [parameter.name for parameter in self.parameters]
         if not names or len(set(names)) < len(names) or not set(names).isdisjoint(("status", "error", "cell", "key")):
             raise SettingError("parameters: expected one or more, each with a name of its own, got others")

@@ -62,7 +62,7 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Addition:
-    """Something that could be added: a speed, a probe, a trial unbalance or a number that is measured; None where it does not apply."""
+    """Something that could be added: a speed, a probe, a trial unbalance or a number that is measured; None if it does not apply."""
 
     speed: Speed | None = None
     position: Length | None = None
@@ -114,7 +114,7 @@ class PlanningRecord(Record):
 
     @property
     def target_index(self) -> int | None:
-        """Index of the target among the unknowns; None where all of them are the target."""
+        """Index of the target among the unknowns; None if all of them are the target."""
         return None if self.target is None else [parameter.name for parameter in self.parameters].index(self.target)
 
     @property

@@ -41,7 +41,7 @@ class Record:
         return record
 
     def check(self) -> None:
-        """Raise `SettingError` where fields that were read do not fit each other. Left out: they always do."""
+        """Raise `SettingError` if fields that were read do not fit each other. Default: they always do."""
 
     def to_data(self) -> dict[str, Any]:
         """JSON data: mappings, lists, numbers, texts and None."""
@@ -49,7 +49,7 @@ class Record:
         return data
 
     def shown_data(self) -> dict[str, Any]:
-        """What files show: `to_data`, in the order and with what people ask for first. Left out: `to_data`."""
+        """What files show: `to_data`, in the order and with what people ask for first. Default: `to_data`."""
         return self.to_data()
 
     @classmethod
@@ -59,7 +59,7 @@ class Record:
 
 
 def finite(value: float) -> float | None:
-    """A number as JSON has it: None where it is infinite or none."""
+    """A number as JSON has it: None if it is infinite or none."""
     return float(value) if math.isfinite(value) else None
 
 

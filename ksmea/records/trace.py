@@ -50,7 +50,7 @@ class TraceRecord:
     stages: tuple[StageRecord, ...] = ()  # of the method, in their order; none where it tells none
 
     def check(self, d: int) -> None:
-        """Raise `SettingError` where columns differ in length, or points have not d values."""
+        """Raise `SettingError` if columns differ in length, or points have not d values."""
         n = len(self.evaluations)
         counts = self.evaluations, self.jacobians, self.surrogate_evaluations
         values = self.misfit, self.seconds, self.x or self.misfit, self.error or self.misfit
@@ -61,7 +61,7 @@ class TraceRecord:
 
     @property
     def excess(self) -> Array | None:
-        """How much higher the misfit (n,) is than at the maximum nearest to the truth; None where nobody knows that."""
+        """How much higher the misfit (n,) is than at the maximum nearest to the truth; None if nobody knows that."""
         return None if self.least is None else np.array(self.misfit) - self.least
 
     def judged(self, parameters: Parameters, true: Array, crlb: Sequence[float | None], least: float | None) -> Self:

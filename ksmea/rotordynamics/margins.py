@@ -93,7 +93,7 @@ def _vertex(speed: Array, amplitude: Array) -> tuple[float, float]:
 
 
 def _crossing(speed: Array, amplitude: Array, height: float) -> float | None:
-    """Where amplitudes fall to half power along one side of a peak; None where they rise again before."""
+    """Where amplitudes fall to half power along one side of a peak; None if they rise again before."""
     low = height * HALF_POWER
     below = np.flatnonzero(amplitude < low)
     if not len(below):

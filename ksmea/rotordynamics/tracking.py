@@ -49,7 +49,7 @@ def tracked(motions: Sequence[Motions], n_branch: int) -> Branches:
 
 
 def continued(before: Motions, index: int, now: Motions) -> int | None:
-    """The motion that continues one of those before; None where none is like it."""
+    """The motion that continues one of those before; None if none is like it."""
     rows, columns = _assigned(before, range(len(before.eigenvalue)), now)
     return dict(zip(rows, columns)).get(index)
 

@@ -37,7 +37,7 @@ class Motions:
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """Modes followed over spin speed; NaN where a mode does not oscillate there or could not be followed."""
+    """Modes followed over spin speed; NaN if a mode does not oscillate there or could not be followed."""
 
     speed: Array  # (n_speed,) rad/s
     eigenvalue: ComplexArray  # (n_speed, n_branch) rad/s
@@ -146,7 +146,7 @@ def direction_of_whirl(x: ComplexArray, y: ComplexArray) -> str:
 
 
 def roundness(x: ComplexArray, y: ComplexArray) -> Array:
-    """Of the orbit at each place (n_place,): 1 a forward circle, −1 a backward one, 0 a line; NaN where it hardly moves."""
+    """Of the orbit at each place (n_place,): 1 a forward circle, −1 a backward one, 0 a line; NaN if it hardly moves."""
     power = np.abs(x) ** 2 + np.abs(y) ** 2
     moving = power > STILL**2 * power.max()
     return np.where(moving, 2 * np.imag(x * y.conj()) / np.where(moving, power, 1.0), np.nan)
@@ -164,7 +164,7 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class Campbell:
-    """Natural frequencies over spin speed, each row rising; NaN where a speed has fewer oscillating modes."""
+    """Natural frequencies over spin speed, each row rising; NaN if a speed has fewer oscillating modes."""
 
     speed: Array  # (n_speed,) rad/s
     frequency: Array  # (n_speed, n_mode) damped, rad/s

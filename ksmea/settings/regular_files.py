@@ -38,7 +38,7 @@ def read_input(path: str, kind: str, most: int, too_large: Callable[[int], str])
             raise SettingError(f"{path}: expected a {kind} file, found none (working directory: {Path.cwd()})")
         if not file.is_file():
             raise SettingError(
-                f"{path}: expected a {kind} file, got something that is no regular file; copy it into one"
+                f"{path}: expected a {kind} file, got something that is not a regular file; copy it into one"
             )
         if (size := file.stat().st_size) > most:
             raise SettingError(f"{path}: {too_large(size)}")
@@ -55,7 +55,7 @@ def read_input(path: str, kind: str, most: int, too_large: Callable[[int], str])
 
 
 def open_regular(path: Path, mode: str = "rb") -> BinaryIO:
-    """A file opened in a binary mode; `SettingError` where something else than a regular file has its name.
+    """A file opened in a binary mode; `SettingError` if something else than a regular file has its name.
 
     The other errors are those of `open`. 'w+b' leaves what is in the file.
     """

@@ -70,21 +70,21 @@ class Settings(ABC):  # noqa: B024 – the contracts that derive from it have ab
         self.check()
 
     def check(self) -> None:  # noqa: B027 – may be left out
-        """Raise `SettingError` where the fields do not fit each other."""
+        """Raise `SettingError` if the fields do not fit each other."""
 
     def fingerprint(self) -> str:
         """Hash of the content of a file that the settings name but do not hold: a changed file is another question.
-        Left out: '', they name none."""
+        Default: '', they name none."""
         return ""
 
     def seeded(self, seed: int) -> AbstractContextManager[None]:
-        """Seed the generators that a library of its own shares among all (torch, …) for a block, and restore them. Left
-        out: there are none but those of `random` and `numpy.random`, which are always seeded."""
+        """Seed the generators that a library of its own shares among all (torch, …) for a block, and restore them. Default:
+        there are none but those of `random` and `numpy.random`, which are always seeded."""
         return nullcontext()
 
     @property
     def parts(self) -> Sequence[Settings]:
-        """Plugins that take part without being chosen by the run itself, such as effects. Left out: none."""
+        """Plugins that take part without being chosen by the run itself, such as effects. Default: none."""
         return ()
 
 
@@ -109,7 +109,7 @@ def require_free_names(settings: type) -> None:
 
 
 def check_values(settings: type, values: Mapping[str, Any]) -> None:
-    """Raise `SettingError` where a value by the name of its setting is not of the setting's type, range or choices."""
+    """Raise `SettingError` if a value by the name of its setting is not of the setting's type, range or choices."""
     for name, hint, metadata in _checked_fields(settings):
         if name in values:
             _check_field(name, hint, metadata, values[name])

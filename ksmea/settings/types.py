@@ -54,7 +54,7 @@ def is_of(value: Any, hint: Any) -> bool:
 
 def read_as(value: Any, hint: Any) -> Any:
     """A value of a file as the type of a setting has it: strict YAML has true and false as texts, and its whole numbers
-    are numbers too. Raises `SettingError` where it is none."""
+    are numbers too. Raises `SettingError` if it is none."""
     origin, options = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
         for option in options:

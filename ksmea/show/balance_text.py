@@ -22,8 +22,8 @@ METHODS = {
     "free": "estimated from the runs, with all its correlations",
     "common": "one factor, from what weights and coefficients leave; speeds and channels count as uncorrelated",
     "stated": "as sigma_um states it; too few runs to test that",
-    "repeats": "that of repeats alone, since no run is left to show the spread between runs",
-    "none": "not known: there is no run left, no repeat and no sigma_um, so no interval either",
+    "repeats": "from repeats only: no further run shows the spread between runs",
+    "none": "not known, without interval: no further run, no repeat, no sigma_um",
 }
 
 
@@ -111,7 +111,7 @@ def _correction(record: BalanceRecord) -> str:
     if found.p is not None:
         fits = found.p >= record.level
         said.append(
-            f"The bare response {'can be' if fits else 'is not'} that of unbalance in these planes alone (p = {found.p:.2g})"
+            f"The bare response {'can be' if fits else 'is not'} from unbalance in these planes only (p = {found.p:.2g})"
             + (
                 ": the bare rotor's unbalance is opposite to the correction."
                 if fits
@@ -129,7 +129,7 @@ def _left(record: BalanceRecord) -> str:
         within = f"; errors of the readings leave up to {number(max(highest), 3)} µm" if highest else ""
         return (
             f"With them the root sum of squares of {number(before, 3)} µm becomes 0 by calculation, since weights are as many"
-            f" as readings{within}. A run with them shows what is left."
+            f" as readings{within}. A run with them shows the remaining vibration."
         )
     worst = max(record.correction.left, key=lambda each: each.size)
     entry = record.entries[record.correction.left.index(worst)]
@@ -151,7 +151,7 @@ def _hardly_determined(record: BalanceRecord) -> str:
     )
     return (
         f"Warning: the planes are nearly dependent (condition number {condition}): weights in them do almost the same at these"
-        f" speeds and probes.\nAn error of 1 % in the readings changes these weights {by}, so that what they leave is not"
+        f" speeds and probes.\nAn error of 1 % in the readings changes these weights {by}, so the remaining vibration is not"
         f" predicted.\nThe part that the readings do show: {common}; of a root sum of squares of"
         f" {number(_root_sum(found.bare), 3)} µm it leaves {number(_root_sum(found.left_common), 2)} µm by calculation, and up to"
         " 2 % of it more for each 1 % of error.\nMeasure at"
@@ -271,7 +271,7 @@ def _left_out(found: LeftOutRecord) -> str:
         )
     )
     return (
-        f"Each run told by the others: RMSE of sizes {number(found.rms_size, 3)} {found.unit}, mean absolute error"
+        f"Each run predicted by the others: RMSE of sizes {number(found.rms_size, 3)} {found.unit}, mean absolute error"
         f" {number(found.mean_size, 3)} {found.unit}{angle}; {100 * found.coverage:.0f} % of the regions hold the known weight"
         f" ({len(found.weights)} weights)."
     )

@@ -8,7 +8,7 @@ import pandas as pd
 
 from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord
-from ksmea.show.text import of_chances, value_and_ends, with_ends
+from ksmea.show.text import number, of_chances, value_and_ends, with_ends
 
 
 def ranking_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
@@ -46,16 +46,18 @@ def trials_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
 
 def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
     """Every unknown of the model as given; beside it, where an extension explains the data, with that (`after`), with the
-    extension's own, and averaged over all explanations where there are several."""
+    extension's own, and averaged over all explanations where there are several. Intervals are those of models that are not rejected."""
     if all(row.after is None for row in record.coefficients):
         own = [row.before for row in record.coefficients if row.before is not None]
+        if record.is_rejected:
+            return pd.DataFrame([[each.name, number(each.value), each.unit] for each in own], columns=["unknown", "value", "unit"])
         rows = [[each.name, *_in_columns(each), each.unit] for each in own]
         return pd.DataFrame(rows, columns=["unknown", "value", "interval", "unit"])
     averaged = averaged_values(record)
     columns = {
         "unknown": [row.name for row in record.coefficients],
-        "before": [_cell(row.before) for row in record.coefficients],
-        "after": [_cell(row.after) for row in record.coefficients],
+        "before": [_cell(row.before, with_interval=not record.is_rejected) for row in record.coefficients],
+        "after": [_cell(row.after, with_interval=record.is_explained) for row in record.coefficients],
     }
     if averaged:
         columns["averaged"] = [_cell(averaged.get(row.name)) for row in record.coefficients]
@@ -76,8 +78,11 @@ def _evidence(trial: TrialRecord) -> list[str]:
     return [trial.effect, trial.location, f"{trial.delta_bic:.1f}", of_chances(trial.p)]
 
 
-def _cell(estimated: EstimateRecord | None) -> str:
-    return "–" if estimated is None else with_ends(estimated.value, estimated.low, estimated.high)
+def _cell(estimated: EstimateRecord | None, *, with_interval: bool = True) -> str:
+    """A value, with its interval unless the model is rejected: that of a wrong model misleads."""
+    if estimated is None:
+        return "–"
+    return with_ends(estimated.value, estimated.low, estimated.high) if with_interval else number(estimated.value)
 
 
 def _in_columns(estimated: EstimateRecord) -> tuple[str, str]:

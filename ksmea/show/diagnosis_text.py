@@ -13,6 +13,7 @@ from ksmea.errors import SettingError
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.location import NOTHING
+from ksmea.show import diagnosis_findings as findings
 from ksmea.show import inputs_text, location_text
 from ksmea.show.charts.chart import Chart
 from ksmea.show.charts.picture import drawn
@@ -34,7 +35,7 @@ from ksmea.show.text import (
     stability_text,
     with_ends,
 )
-from ksmea.show.verdict import alike, applied, verdict_line
+from ksmea.show.diagnosis_findings import alike, applied, verdict_line
 from ksmea.units import RPM
 
 BEFORE = 'those "before"'  # the fit of the model as given, in words
@@ -45,10 +46,30 @@ FEWEST_TO_LOCATE = 3  # channels: an unknown force takes two at each speed
 
 
 def text(record: DiagnosisRecord) -> str:
-    """The diagnosis as an engineer would say it; below it, apart, what synthetic data were made to hide."""
+    """The diagnosis as an engineer would say it: finding, certainty, checks, then the evidence; below it, apart, what synthetic data
+    were made to hide."""
+    blocks = [_finding(record), notes(record), evidence(record), hidden_text(record.hidden, "diagnosis")]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _finding(record: DiagnosisRecord) -> str:
+    """Title, meaning, certainty, checks and look-alikes, in the notation of the data."""
+    notation = record.notation
+    lines = [f"{findings.title(record, notation)}.", findings.meaning(record, notation)]
+    lines += [f"  {value}: {said}" for value, said in findings.certainty(record, notation)]
+    lines += [f"Check: {advice}" for advice in findings.checks(record)]
+    return "\n".join([*lines, *findings.look_alikes(record)])
+
+
+def notes(record: DiagnosisRecord) -> str:
+    """Remarks on the data, a line each."""
+    return "\n".join(f"Note: {remark}" for remark in record.remarks)
+
+
+def evidence(record: DiagnosisRecord) -> str:
+    """All that the finding rests on."""
     blocks = [
         _data(record),
-        "\n".join(f"Note: {remark}" for remark in record.remarks),
         _sentence(repeat_lines(record.repeats)),
         _sentence(hausman_lines(record.both_ways)),
         _what_is_wrong(record),
@@ -60,7 +81,6 @@ def text(record: DiagnosisRecord) -> str:
         _detectable(record),
         "\n".join(stability_text(record.stability)),
         _left_out(record),
-        hidden_text(record.hidden, "diagnosis"),
     ]
     return "\n\n".join(block for block in blocks if block)
 
@@ -163,22 +183,21 @@ def _has_phase(curves: CurvesRecord) -> bool:
 
 def _what_is_wrong(record: DiagnosisRecord) -> str:
     before = record.lack_of_fit.before
+    said = findings.chance(before)
     if before.p >= record.lack_of_fit.level:
-        yet = "; yet an effect explains the data better" if record.applied else ""
-        return f"What the model leaves over could be noise (p = {before.p:.2g}){yet}.\n{_noise(record)}"
-    said = f"p = {before.p:.2g}, by {before.statistic}"
-    lines = [f"The model does not fit: what it leaves is no noise ({said}), strongest {_where(before)}."]
+        yet = ", but an effect explains the data better" if record.applied else ""
+        return f"The residuals of the model as given are consistent with noise ({said}){yet}.\n{_noise(record)}"
+    lines = [f"The model does not fit: its residuals are not noise ({said}). They are largest {_where(before)}."]
     for position, (forward, backward) in before.whirl.items():
         if max(forward, backward) > 2 * min(forward, backward):
-            direction = "forward" if forward > backward else "backward"
+            direction, other = ("forward", "backward") if forward > backward else ("backward", "forward")
             ratio = np.sqrt(max(forward, backward) / max(min(forward, backward), 1e-12))
-            lines.append(f"At {position} m it is {direction} whirl, {ratio:.2g} times as large as the other.")
+            lines.append(f"Residuals at {position} m: {direction} whirl, {ratio:.2g} times the {other} amplitude.")
     return "\n".join([*lines, _noise(record)])
 
 
 def _where(quality: FitQualityRecord) -> str:
-    low, high = (speed / RPM for speed in quality.band)
-    return f"at {low:.0f}–{high:.0f} rpm in {quality.channel}"
+    return findings.where(quality)
 
 
 def _noise(record: DiagnosisRecord) -> str:
@@ -213,7 +232,6 @@ def _cause(record: DiagnosisRecord) -> str:
     if record.verdict == "unknown":
         lines += [*_not_in_library(record, names), *_where_to_look(record)]
     elif record.is_explained:
-        lines += [f"  {name} can look like it: {said}" for name, said in record.aliases.items()]
         lines += [
             f"  {part.name} lies on its physical limit: another cause is likely"
             for part in record.ranking[0].parameters
@@ -246,9 +264,9 @@ def _not_in_library(record: DiagnosisRecord, names: str) -> list[str]:
     if after is None:
         significant = "is significant" if record.effects else "was tried"
         return [f"The model is wrong, and no known effect {significant}."]
-    left = f"what it leaves (p = {after.p:.2g}, by {after.statistic}) is strongest {_where(after)}"
+    left = f"its residuals ({findings.chance(after)}) are largest {_where(after)}"
     return [
-        "The model is wrong, and neither one of the known effects nor the best pairs of them leave noise behind.",
+        "The model is wrong, and neither one of the known effects nor the best pairs of them leave only noise.",
         f"The nearest is {names}; {left}.",
     ]
 

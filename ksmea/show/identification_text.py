@@ -85,7 +85,7 @@ def table(record: IdentificationRecord) -> pd.DataFrame:
     shown = pd.DataFrame({"unknown": found["parameter"], **_in_columns(found, ""), "unit": found["unit"]})
     if "value_beside" in found:
         beside = _in_columns(found, "_beside")
-        shown = shown.assign(**{"beside what is unknown": beside["value"], "its interval": beside["interval"]})
+        shown = shown.assign(**{"with an unknown force": beside["value"], "its interval": beside["interval"]})
     rows = found.to_dict("records")
     ends = [rounded_alike(row["search_end"], row["low"], row["high"])[0] for row in rows]
     at_limit = ["yes" if row["at_limit"] else "no" for row in rows]
@@ -185,7 +185,7 @@ def _search_text(record: IdentificationRecord) -> str:
         for part in record.parameters
         if part.ended_short
     )
-    higher = "" if record.search_excess is None else f", where the deviance is {number(record.search_excess, 3)} higher"
+    higher = "" if record.search_excess is None else f", with a deviance {number(record.search_excess, 3)} higher"
     return f"search ended short: the method stopped at {ends}{higher}; the values above are at the maximum of the likelihood"
 
 

@@ -21,9 +21,9 @@ from ksmea.units import Quantity
 
 Rule = Quantity | Callable[[Any], Quantity | None]
 
-OTHERS = "other numbers have theirs beside them (`floor_unit`) or in their name (`floor_um`), or have none"
+OTHERS = "other numbers have a unit next to them (`floor_unit`), in their name (`floor_um`), or no unit"
 IN_SI = f"values of unknowns are in SI, and under `in_unit` in their `unit`; {OTHERS}"
-BESIDE_UNIT = f"values of unknowns are in the `unit` beside them; {OTHERS}"
+BESIDE_UNIT = f"values of unknowns are in the `unit` next to them; {OTHERS}"
 
 PAIR = 2  # numbers up to which a list is told in the units of texts too; curves are not
 

@@ -211,7 +211,7 @@ def _change(reduction: float | None) -> str:
 
 
 def _reduction(before: float, after: float) -> float | None:
-    """How many per cent a CRLB falls; None where what was not known at all becomes known."""
+    """How many per cent a CRLB falls; None if what was not known at all becomes known."""
     if np.isinf(before):
         return 0.0 if np.isinf(after) else None
     return 100 * (1 - after / before)

@@ -206,7 +206,7 @@ MAX_PAIRS = 6  # of them that are named
 
 
 def alike_text(correlation: Sequence[Sequence[float | None]], names: Sequence[str]) -> str:
-    """For example 'kxx and kyy (+0.971)'; 'none' where there are none."""
+    """For example 'kxx and kyy (+0.971)'; 'none' if there are none."""
     pairs = [
         f"{names[one]} and {names[other]} ({value:+.3f})"
         for one, row in enumerate(correlation)
@@ -254,7 +254,7 @@ def hidden_in_one_line(hidden: Sequence[HiddenEffect]) -> str:
 
 
 def hidden_text(hidden: Sequence[HiddenEffect | str], study: str) -> str:
-    """The same below a text, a line each; empty where nothing is hidden. `study` is what did not see it."""
+    """The same below a text, a line each; empty if nothing is hidden. `study` is what did not see it."""
     return (
         "\n  ".join([f"Hidden in these synthetic data (not seen by the {study}):", *map(str, hidden)]) if hidden else ""
     )

@@ -6,14 +6,12 @@ import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
-
 import numpy as np
 
 from ksmea.diagnosis.diagnosis import Criteria, Diagnosis, diagnose
 from ksmea.diagnosis.further_measurement import Split
 from ksmea.diagnosis.observability import Detectable
-from ksmea.diagnosis.trials import Candidate, Trial
+from ksmea.diagnosis.trials import Trial
 from ksmea.fits.fitting import Fit
 from ksmea.fits.lack_of_fit import FitQuality, whirl_parts
 from ksmea.fits.search import Effort, Search
@@ -25,7 +23,6 @@ from ksmea.measurement.measurement import Measurement
 from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.case import Case
-from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
 from ksmea.records.diagnosis import (
     CoefficientRecord,
@@ -43,7 +40,13 @@ from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
-from ksmea.studies.diagnosis_remarks import stated_noise_remarks, sweep_remarks
+from ksmea.studies.diagnosis_remarks import (
+    effect_record,
+    estimated_record,
+    stated_effects,
+    stated_noise_remarks,
+    sweep_remarks,
+)
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.inputs import input_records
@@ -72,7 +75,7 @@ class DiagnosisOptions(Settings):
     screening: int = setting(4096, "points of the baseline model's range that are screened", at_least=64)
     starts: int = setting(12, "fits of the baseline model from the best of them", at_least=1)
     scan: int = setting(
-        200, "of these points, those that are screened again at values of an effect, most of them the best", at_least=1
+        200, "number of these points, mostly the best, that are screened again at each value of an effect", at_least=1
     )
     scan_values: int = setting(
         16,
@@ -81,7 +84,7 @@ class DiagnosisOptions(Settings):
     )
     effect_starts: int = setting(5, "fits of each effect from the best of those", at_least=1)
     firsts: int = setting(
-        3, "effects that second ones are tried beside, where the best one does not leave noise behind", at_least=1
+        3, "first effects to which second ones are added, if the residuals of the best one are not noise", at_least=1
     )
     pairs: int = setting(
         18, "pairs of effects that are fitted to the end, and as many at most whose second one is scanned", at_least=1
@@ -92,7 +95,7 @@ class DiagnosisOptions(Settings):
     )
     locate: bool = setting(
         True,
-        "where the model is wrong, look too for places at which an unknown force explains the data, whatever its cause",
+        "also locate an unknown force of any cause, if the model is wrong",
     )
 
     @property
@@ -224,7 +227,7 @@ def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord
         named=found.named,
         ambiguity_group=found.ambiguity_group,
         locations=found.locations,
-        applied=tuple(_effect(candidate) for candidate in found.applied),
+        applied=_applied(found),
         ranking=tuple(_trial(trial, found) for trial in found.trials),
         lack_of_fit=_lack_of_fit(found),
         noise=_noise(found),
@@ -241,6 +244,7 @@ def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord
         curves=diagnosis_curves(found, fine=fine),
         left_out=dict(found.left_out),
         source=measurement.source,
+        notation=measurement.notation,
         stability=_stability(found),
         explanations=_explanations(found),
         averaged=_averaged(found),
@@ -253,7 +257,7 @@ def _explanations(found: Diagnosis) -> tuple[ExplanationRecord, ...]:
     return tuple(
         ExplanationRecord(
             each.label,
-            tuple(_effect(candidate) for candidate in each.applied),
+            tuple(stated_effects(each.applied, each.fit, _unchecked(each.fit, found))),
             each.deviance_drop,
             each.delta_bic,
             weight,
@@ -293,9 +297,14 @@ def _split(split: Split) -> SplitRecord:
     )
 
 
-def _effect(candidate: Candidate) -> EffectRecord:
-    effect: Any = candidate.effect  # effects are frozen dataclasses of settings
-    return EffectRecord(candidate.name, str(effect), dataclasses.asdict(effect))
+def _applied(found: Diagnosis) -> tuple[EffectRecord, ...]:
+    if found.best is None or found.best_estimate is None:
+        return tuple(map(effect_record, found.applied))
+    return tuple(stated_effects(found.applied, found.best, found.best_estimate))
+
+
+def _unchecked(fit: Fit, found: Diagnosis) -> Estimate:
+    return estimate(fit.likelihood, fit.point, level=found.interval_level, check=False)
 
 
 def _trial(trial: Trial, found: Diagnosis) -> TrialRecord:
@@ -303,7 +312,7 @@ def _trial(trial: Trial, found: Diagnosis) -> TrialRecord:
     if found.best_estimate is not None and found.applied == (trial.candidate,):
         estimated = found.best_estimate
     else:
-        estimated = estimate(trial.fit.likelihood, trial.fit.point, level=found.interval_level, check=False)
+        estimated = _unchecked(trial.fit, found)
     own = range(trial.fit.likelihood.d - trial.n_unknown, trial.fit.likelihood.d)
     return TrialRecord(
         effect=trial.name,
@@ -311,24 +320,21 @@ def _trial(trial: Trial, found: Diagnosis) -> TrialRecord:
         deviance_drop=trial.deviance_drop,
         delta_bic=trial.delta_bic,
         p=trial.p,
-        parameters=tuple(_estimated(trial.fit.problem.parameters.items, estimated, index) for index in own),
+        parameters=tuple(estimated_record(trial.fit, estimated, index) for index in own),
+        words=trial.candidate.effect.in_words(),
     )
-
-
-def _estimated(parameters: Sequence[Parameter], estimated: Estimate, index: int) -> EstimateRecord:
-    return estimate_record(parameters[index], float(estimated.x[index]), estimated.intervals[index])
 
 
 def _coefficients(found: Diagnosis) -> tuple[CoefficientRecord, ...]:
     n_baseline = len(found.baseline.problem.parameters)
-    items = (found.best or found.baseline).problem.parameters.items
+    fit = found.best or found.baseline
     return tuple(
         CoefficientRecord(
             parameter.name,
-            before=_estimated(items, found.baseline_estimate, index) if index < n_baseline else None,
-            after=None if found.best_estimate is None else _estimated(items, found.best_estimate, index),
+            before=estimated_record(fit, found.baseline_estimate, index) if index < n_baseline else None,
+            after=None if found.best_estimate is None else estimated_record(fit, found.best_estimate, index),
         )
-        for index, parameter in enumerate(items)
+        for index, parameter in enumerate(fit.problem.parameters.items)
         if not parameter.is_input
     )
 

@@ -1,19 +1,32 @@
-"""Remarks of a diagnosis: on noise that was stated too small or too large, and on the rate of a sweep.
+"""Remarks and statements of a diagnosis: on noise stated too small or too large, on the rate of a sweep, and on each effect.
 
 A rate that a diagnosis finds is compared with the rate that rows give, which the fit does not use, or by its pull with the rate that times
-give, which is known to a tolerance.
+give, which is known to a tolerance. A statement says where an effect acts and how much of it there is, at its fitted sizes
+(`ksmea.records.statement`).
 """
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import Any
+
 import numpy as np
 import scipy
 
+from ksmea.arrays import Array
 from ksmea.diagnosis.diagnosis import Diagnosis
+from ksmea.diagnosis.trials import Candidate
+from ksmea.fits.fitting import Fit
 from ksmea.fits.lack_of_fit import is_stated_too_large
 from ksmea.inference.input_budget import critical_pull
+from ksmea.inference.intervals import Estimate
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import ACCELERATION, SpeedHistory, rate_name
+from ksmea.records.estimate import EstimateRecord
+from ksmea.records.extension import EffectRecord
+from ksmea.records.statement import StatementRecord, of_unknowns
+from ksmea.studies.enough_data import estimate_record
 from ksmea.units import RPM
 
 
@@ -79,3 +92,35 @@ def _rate_remarks(found: Diagnosis, history: SpeedHistory | None, name: str) -> 
     fitted = f"{rate / RPM:.3g} [{interval.low / RPM:.3g}, {interval.high / RPM:.3g}]"
     fit = "the fit" if prior is None else "the fit with these times"
     return (*said, f"{given} {history.rate / RPM:.3g}{spread} rpm/s, {fit} {fitted} rpm/s: {verdict}")
+
+
+def stated_effects(applied: Sequence[Candidate], fit: Fit, estimated: Estimate) -> Iterator[EffectRecord]:
+    """Each effect of a fit, whose unknowns are the last ones, with what is said of it."""
+    counts = [len(each.effect.parameters(fit.problem.machine)) for each in applied]
+    first = fit.likelihood.d - sum(counts)
+    for candidate, count in zip(applied, counts):
+        yield effect_record(candidate, _statement(candidate, fit, estimated, range(first, first + count)))
+        first += count
+
+
+def effect_record(candidate: Candidate, statement: StatementRecord | None = None) -> EffectRecord:
+    effect: Any = candidate.effect  # effects are frozen dataclasses of settings
+    return EffectRecord(candidate.name, str(effect), dataclasses.asdict(effect), statement)
+
+
+def _statement(candidate: Candidate, fit: Fit, estimated: Estimate, own: range) -> StatementRecord:
+    estimates = {each.name: each for each in (estimated_record(fit, estimated, index) for index in own)}
+    return candidate.effect.statement(of_unknowns(estimates, _correlation(estimated.point.whitened, own)))
+
+
+def estimated_record(fit: Fit, estimated: Estimate, index: int) -> EstimateRecord:
+    return estimate_record(
+        fit.problem.parameters.items[index], float(estimated.x[index]), estimated.intervals[index]
+    )
+
+
+def _correlation(whitened: Array, own: range) -> Array:
+    """Correlation (e, e) of the errors of unknowns, from sensitivities (m, p) of all."""
+    covariance = np.linalg.pinv(whitened.T @ whitened)[np.ix_(own, own)]
+    sd = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    return np.asarray(np.clip(covariance / np.outer(sd, sd), -1.0, 1.0))

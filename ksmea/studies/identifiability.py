@@ -50,7 +50,7 @@ class IdentifiabilityOptions(Settings):
         [0.25, 0.5, 1.0, 2.0, 4.0], "how many times as many steps there are between the speeds", above=0, at_most=100
     )
     top_factors: list[float] = setting(
-        [1.5, 2.0], "how many times as high the band reaches, beside its halves and quarters", above=1, at_most=10
+        [1.5, 2.0], "factor by which the band is extended, in addition to its halves and quarters", above=1, at_most=10
     )
     noise_factors: list[float] = setting(
         [0.1, 0.2, 0.5, 1.0, 2.0, 3.0], "how many times as much noise there is, both parts of it", above=0

@@ -74,7 +74,7 @@ class PlanningOptions(Settings):
     )
     trial_sites: list[float] | None = setting(
         None,
-        "where a trial unbalance may sit; null: at the disks, or at any site where there is none",
+        "positions of a trial unbalance; null: the disks, or any site if there are no disks",
         unit="m",
         at_least=0,
     )
@@ -284,7 +284,7 @@ def _trial_run(present: _Present, options: PlanningOptions) -> Family | str:
     sites = weight_positions(problem) if options.trial_sites is None else options.trial_sites
     if not len(sites) or not options.trial_phases:
         reason = (
-            "study.trial_phases is empty" if not options.trial_phases else "there is no site; give study.trial_sites"
+            "study.trial_phases is empty" if not options.trial_phases else "no site exists; give study.trial_sites"
         )
         return f"no trial run is considered: {reason}"
     run = problem if problem.campaign is None else problem.at(problem.speed[problem.campaign.rows[0]], problem.channels)
@@ -330,7 +330,7 @@ def _family(
     usable = [index for index, block in enumerate(blocks) if np.all(np.isfinite(block))]  # no motion, no amplitude
     additions, blocks = [additions[index] for index in usable], [blocks[index] for index in usable]
     if not blocks:
-        return f"no {name} are considered: there is no candidate"
+        return f"no {name} are considered: no candidate exists"
     before, each = information(present.rows), np.stack([information(block) for block in blocks])
     chosen = choose(before, each, min(count, repeats * len(blocks)), present.criterion, repeats)
     steps = []

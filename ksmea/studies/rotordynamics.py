@@ -54,7 +54,7 @@ class RotordynamicsOptions(Settings):
         above=0,
     )
     speed_rpm: float | None = setting(
-        None, "speed at which modes are drawn and bearings' coefficients told; null: the first critical speed", unit="rpm",
+        None, "speed of the drawn modes and listed bearing coefficients; null: the first critical speed", unit="rpm",
         above=0,
     )  # fmt: skip
     modes: int = setting(6, "number of modes that are followed over speed and drawn", at_least=1, at_most=20)
@@ -69,7 +69,7 @@ class RotordynamicsOptions(Settings):
     )
     speeds: int = setting(101, "number of speeds of the Campbell diagram", at_least=16, at_most=2000)
     stiffness_from: float | None = setting(
-        None, "least stiffness of the critical speed map; null: below that of the bearings", unit="MN/m", above=0
+        None, "smallest stiffness of the critical speed map; null: below that of the bearings", unit="MN/m", above=0
     )
     stiffness_to: float | None = setting(None, "largest stiffness of the map", unit="MN/m", above=0)
 
@@ -82,7 +82,7 @@ class RotordynamicsOptions(Settings):
             )
         if self.stiffness_from and self.stiffness_to and self.stiffness_from >= self.stiffness_to:
             raise SettingError(
-                f"stiffness_to: expected more than {self.stiffness_from:g} MN/m, where the map begins, got {self.stiffness_to:g}"
+                f"stiffness_to: expected more than {self.stiffness_from:g} MN/m, the beginning of the map, got {self.stiffness_to:g}"
             )
 
 

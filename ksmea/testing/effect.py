@@ -37,7 +37,7 @@ class EffectCase(ProblemCase):
 
     @property
     def x(self) -> Array:
-        """Published values of the baseline model, or the middle of its limits where they are not known, (d,) SI."""
+        """Published values of the baseline model, or the middle of its limits if they are not known, (d,) SI."""
         parameters, known = self.baseline.parameters, self.on.reference()
         middle = parameters.to_si(np.full(len(parameters), 0.5))
         return np.array([known.get(name, value) for name, value in zip(parameters.names, middle)])

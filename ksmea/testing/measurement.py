@@ -75,7 +75,7 @@ def measures_what_it_says(case: MeasurementCase) -> None:
         and (found.phase_known, found.campaign) == (layout.phase_known, layout.campaign)
     )
     got = f"{found.kind} of {len(found.speed)} and {len(found.channels)}, or others"
-    require(same, f"{stated}, as told", got, "leave layout out, or make both of the same data")
+    require(same, f"{stated}, as stated", got, "leave layout out, or make both of the same data")
 
 
 def speeds_and_values_are_si(case: MeasurementCase) -> None:

@@ -162,7 +162,7 @@ def is_the_same_elsewhere(case: ProblemCase) -> None:
         few = problem.at(problem.speed[::2], problem.channels[-1:])
         require(
             few.parameters == problem.parameters and np.array_equal(few.speed, problem.speed[::2]),
-            f"the same unknowns at the speeds asked for{seen.label}",
+            f"the same unknowns at the given speeds{seen.label}",
             "others",
             "change speed and channels alone",
         )

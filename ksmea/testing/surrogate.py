@@ -164,7 +164,7 @@ def few_samples_are_enough(case: SurrogateCase) -> None:
     u = latin_hypercube(n, DIM, np.random.default_rng(4))
     found = case.fit(u, case.outputs_at(u)).predict(case.new)
     require(
-        np.all(np.isfinite(found)), f"finite predictions from {n} samples", "others", "let least_samples ask for more"
+        np.all(np.isfinite(found)), f"finite predictions from {n} samples", "others", "increase least_samples"
     )
 
 

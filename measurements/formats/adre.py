@@ -101,12 +101,12 @@ def _header(names: list[str], where: str) -> list[str]:
     while names and not names[-1]:
         names.pop()
     if CHANNEL not in names:
-        raise SettingError(f"{where}: expected a column Channel Name beside CH#, got none")
+        raise SettingError(f"{where}: expected a column Channel Name with CH#, got none")
     for name in names:
         if names.count(name) > 1:
             raise SettingError(f"{where}: expected each column once, got {shortened(name)} twice; remove one")
     if SAMPLE in names and SPEED not in names:
-        raise SettingError(f"{where}: expected a column Speed(P) beside Sample#, got none")
+        raise SettingError(f"{where}: expected a column Speed(P) with Sample#, got none")
     return names
 
 
@@ -138,7 +138,7 @@ def _harmonics(channel: _Channel) -> dict[float, str]:
 
 
 def _curve(name: str, channel: _Channel, harmonic: float, column: str, path: str) -> Curve | None:
-    """None where the channel has no vectors, as a keyphasor or a gap voltage has none."""
+    """None if the channel has no vectors, as a keyphasor or a gap voltage has none."""
     rows = list(channel.samples.values())
     of_phase = next((each for each in (f"{harmonic:g}x phase", f"{harmonic:g}xphase") if each in rows[0]), None)
     if not any(row.get(column) for row in rows):

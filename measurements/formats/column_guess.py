@@ -33,7 +33,7 @@ HARMONIC = re.compile(r"[0-9]*[0-9½]x", re.IGNORECASE)
 
 
 def guessed_columns(headings: Sequence[str]) -> tuple[str, ...]:
-    """`columns` as the headings suggest them; empty where they do not tell the speed from the amplitudes.
+    """`columns` as the headings suggest them; empty if they do not tell the speed from the amplitudes.
 
     >>> guessed_columns(["RPM", "Amp (mil pp)", "Phase (deg)"])
     ('speed=RPM', 'amplitude=Amp (mil pp)', 'phase=Phase (deg)')
@@ -125,7 +125,7 @@ MOST_SIGNALS = 64  # more columns than this are named by hand
 
 
 def guessed_waveforms(headings: Sequence[str]) -> tuple[str, ...]:
-    """`columns` of format=waveform as the headings suggest them; empty where not just one of them speaks of a keyphasor, or others of
+    """`columns` of format=waveform as the headings suggest them; empty if not just one of them speaks of a keyphasor, or others of
     speeds or phases, which a table of vectors has.
 
     >>> guessed_waveforms(["t (s)", "KPH", "probe A (um)", "probe B (um)"])

@@ -43,7 +43,7 @@ class Suggested(NamedTuple):
 
 
 def suggested_format(path: str, content: bytes) -> Suggested | None:
-    """None where neither headings nor name suggest any."""
+    """None if neither headings nor name suggest any."""
     try:
         text = beginning_of(content, path)
     except SettingError:  # no text

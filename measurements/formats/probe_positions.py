@@ -34,7 +34,7 @@ class Place:
 
 
 def places(texts: Sequence[str]) -> dict[str, Place]:
-    """What `probes` says, by name. Raises `SettingError` where a text is no such thing or a name stands twice.
+    """What `probes` says, by name. Raises `SettingError` if a text is no such thing or a name stands twice.
 
     >>> places(["1X (VERT)@0.1@45R"])
     {'1X (VERT)': Place(name='1X (VERT)', position=0.1, direction='45R')}

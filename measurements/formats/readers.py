@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ksmea.measurement.notation import Notation
 from measurements.formats.adre import read_adre
 from measurements.formats.binary.excel import read_excel
 from measurements.formats.binary.mat import read_mat
@@ -76,9 +77,9 @@ READERS: dict[str, Callable[[Opened, Answers], list[Curve]]] = {
 }
 
 
-def foreign_rows(opened: Opened, answers: Answers) -> tuple[Rows, tuple[str, ...], bool]:
-    """The rows of a file that is not the project's own, the remarks on them, and whether slow roll is subtracted in it."""
+def foreign_rows(opened: Opened, answers: Answers) -> tuple[Rows, tuple[str, ...], bool, Notation]:
+    """The rows of a file that is not the project's own, the remarks on them, whether slow roll is subtracted in it, and its notation."""
     curves = READERS[answers.format](opened, answers)
-    rows, remarks = decided(curves, answers)
+    rows, remarks, notation = decided(curves, answers)
     notes = dict.fromkeys(note for curve in curves for note in curve.notes)
-    return rows, (*notes, *remarks), any(curve.is_compensated for curve in curves)
+    return rows, (*notes, *remarks), any(curve.is_compensated for curve in curves), notation

@@ -41,7 +41,7 @@ class Sheet:
     has_brackets_in_headings: bool = True  # at their end, with a unit
 
     def named(self, name: str) -> str:
-        """The heading that a name means: itself, itself in other case, or #3 for the third. `SettingError` where none is."""
+        """The heading that a name means: itself, itself in other case, or #3 for the third. `SettingError` if none is."""
         if name in self.columns:
             return name
         alike = [each for each in self.columns if each.lower() == name.strip().lower()]
@@ -54,7 +54,7 @@ class Sheet:
         raise SettingError(f"{self.where}: {unknown('column', name, [shortened(each) for each in self.columns])}")
 
     def unit(self, name: str) -> str:
-        """The unit of a column as the file spells it; empty where it does not say."""
+        """The unit of a column as the file spells it; empty if it does not say."""
         heading = self.named(name)
         return self.units.get(heading, "") or unit_in_heading(heading, in_brackets=self.has_brackets_in_headings)
 
@@ -111,7 +111,7 @@ class SheetRows:
         self._rows.append(cells)
 
     def sheet(self) -> Sheet | None:
-        """The table; None where no row followed."""
+        """The table; None if no row followed."""
         if not self._rows:
             return None
         columns: dict[str, Sequence[Cell] | Array | ComplexArray] = {
@@ -137,14 +137,14 @@ def common_length(columns: Mapping[str, Sized], headings: Sequence[str], path: s
 
 
 def require_distinct(names: Sequence[str], where: str) -> None:
-    """Raise `SettingError` where a heading stands twice."""
+    """Raise `SettingError` if a heading stands twice."""
     for name in names:
         if name and list(names).count(name) > 1:
             raise SettingError(f"{where}: expected each heading once, got {shortened(repr(name))} twice; rename one")
 
 
 def unit_row(headings: Sequence[str], cells: Sequence[Cell]) -> dict[str, str] | None:
-    """The units of a row below the headings; None where the row holds anything else."""
+    """The units of a row below the headings; None if the row holds anything else."""
     texts = [_as_text(cell).strip("[]() ") for cell in cells]
     if not any(texts) or not all(_is_unit(text) for text in texts):
         return None

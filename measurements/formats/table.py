@@ -90,7 +90,7 @@ def read_table(sheet: Sheet, answers: Answers) -> list[Curve]:
     roles = Roles(_own_roles(sheet)) if is_own else roles_of(answers.columns)
     if not roles.headings:
         raise columns_question(
-            f"{sheet.where}: expected to be told what columns hold, got nothing; give columns=[speed=…,amplitude.NAME=…,"
+            f"{sheet.where}: expected the meaning of the columns, got nothing; give columns=[speed=…,amplitude.NAME=…,"
             f"phase.NAME=…] of {_listed(sheet.columns)}",
             [list(sheet.columns)],
         )
@@ -228,7 +228,7 @@ def _vector(sheet: Sheet, roles: Roles, name: str) -> tuple[Array, Array | None,
 
 
 def _require_unit(sheet: Sheet, heading: str, other: str) -> None:
-    """Raise `SettingError` where a column says another unit or detector than the one whose unit is taken for it."""
+    """Raise `SettingError` if a column says another unit or detector than the one whose unit is taken for it."""
     said, taken = amplitude_unit(sheet.unit(heading)), amplitude_unit(sheet.unit(other))
     if said is None or taken is None:  # no unit in these brackets, or one that is refused by itself
         return

@@ -78,7 +78,7 @@ def is_data(cells: Sequence[str]) -> bool:
 
 
 def has_decimal_commas(cells: Sequence[str], where: str) -> bool:
-    """Whether numbers are written with commas. `SettingError` where some are and some have points: one of them may be a mark
+    """Whether numbers are written with commas. `SettingError` if some are and some have points: one of them may be a mark
     of thousands."""
     comma = next((cell for cell in cells if COMMA.fullmatch(cell)), None)
     point = next((cell for cell in cells if "." in cell and POINT.fullmatch(cell)), None)

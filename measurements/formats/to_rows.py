@@ -6,7 +6,7 @@ Velocity and acceleration become displacement by q = v / (i h Ω) and q = a / (i
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NoReturn
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import SettingError, shortened, unknown, visible
 from ksmea.measurement.channel import Channel
+from ksmea.measurement.notation import LAG, LEAD, Notation
 from ksmea.units import MICROMETRE, RPM
 from measurements.formats.curve import Curve
 from measurements.formats.probe_positions import Place, model_direction, places
@@ -47,10 +48,11 @@ class Decided:
     phase: Array | None  # degrees of lead
     sigma: Array | None  # µm
     remark: str
+    notation: Notation  # without its name
 
 
-def decided(curves: Sequence[Curve], answers: Answers) -> tuple[Rows, tuple[str, ...]]:
-    """The rows that a file holds, in the order of time, and the remarks on them. Raises `SettingError` where a question is
+def decided(curves: Sequence[Curve], answers: Answers) -> tuple[Rows, tuple[str, ...], Notation]:
+    """The rows that a file holds, in the order of time, and the remarks on them, and the units and names of the file. Raises `SettingError` if a question is
     left open."""
     chosen, others = _chosen(curves, answers)
     channels = [_decided(curve, place, answers) for curve, place in chosen]
@@ -65,7 +67,7 @@ def decided(curves: Sequence[Curve], answers: Answers) -> tuple[Rows, tuple[str,
     remarks = [each.remark for each in channels]
     if others:
         remarks.append(f"not used, as probes does not name them: {_listed(others)}")
-    return _rows(channels, answers.path), tuple(remarks)
+    return _rows(channels, answers.path), tuple(remarks), _notation(channels)
 
 
 def _chosen(curves: Sequence[Curve], answers: Answers) -> tuple[list[tuple[Curve, Place | None]], list[str]]:
@@ -137,7 +139,20 @@ def _decided(curve: Curve, place: Place | None, answers: Answers) -> Decided:
     remark = (
         f"{shortened(curve.name or 'probe')}: {channel}, from {name}, {shown}, speed in {of_speed}{_reasons(curve)}"
     )
-    return Decided(channel, curve, speed, curve.amplitude * factor, phase, sigma, visible(remark))
+    return Decided(channel, curve, speed, curve.amplitude * factor, phase, sigma, visible(remark), _units(unit, detector, sense, of_speed))
+
+
+def _units(unit: str, detector: str, sense: str, of_speed: str) -> Notation:
+    """Units of a file; of velocities, accelerations and volts those of the displacement that they become."""
+    words = f"{unit}_{detector}" if UNITS[unit][1] == 0 else f"um_{ZERO_PEAK}"
+    return Notation().with_words(",".join([words, LAG if sense == LAG else LEAD, of_speed]))
+
+
+def _notation(channels: Sequence[Decided]) -> Notation:
+    """The units of the first channel, with the names of all that have one of their own."""
+    names = {str(each.channel): visible(each.curve.name) for each in channels if each.curve.name}
+    is_unique = len(set(names.values())) == len(names)
+    return replace(channels[0].notation, names=names if is_unique else {})
 
 
 def _ask_directions(answers: Answers, curve: Curve, where: str) -> NoReturn:
@@ -195,7 +210,7 @@ def _sense(curve: Curve, answers: Answers, where: str) -> str:
         return answers.phase or curve.stated_sense
     if not answers.phase and not curve.sense:
         raise OpenQuestion(
-            f"{where}: expected to be told whether phases are lags or leads; give phase=lag, lead or none",
+            f"{where}: expected lags or leads as phases, got phases without a sign; give phase=lag, lead or none",
             "phase",
             ("LAG_LEAD_OR_NONE",),
             "lead",
@@ -241,7 +256,7 @@ def _require_all_or_none(channels: Sequence[Decided], answers: Answers) -> None:
                 f"{answers.path}: expected {what} of all probes or of none, got none of {shortened(lacking.curve.name)}; {cure}"
             )
     if any(not each.channel.is_1x for each in channels) and not any(each.channel.is_1x for each in channels):
-        raise SettingError(f"{answers.path}: expected 1X beside the other harmonics, got none; add it")
+        raise SettingError(f"{answers.path}: expected 1X with the other harmonics, got none; add it")
 
 
 def _rows(channels: Sequence[Decided], path: str) -> Rows:

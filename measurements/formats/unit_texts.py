@@ -83,7 +83,7 @@ class AmplitudeUnit:
 
 
 def amplitude_unit(text: str) -> AmplitudeUnit | None:
-    """The unit that a text names, or None where it names none of `UNITS`.
+    """The unit that a text names, or None if it names none of `UNITS`.
 
     >>> amplitude_unit("mil pp"), amplitude_unit("µm 0-pk")
     (AmplitudeUnit(unit='mil', detector='pp'), AmplitudeUnit(unit='um', detector='0pk'))
@@ -105,7 +105,7 @@ def is_voltage(text: str) -> bool:
 
 
 def detector_of(text: str) -> str:
-    """The detector that a text ends in, whatever the unit before it; empty where it names none.
+    """The detector that a text ends in, whatever the unit before it; empty if it names none.
 
     >>> detector_of("V pk"), detector_of("V")
     ('0pk', '')
@@ -124,7 +124,7 @@ def _apart(text: str) -> tuple[str, str]:
 
 
 def speed_unit(text: str) -> str:
-    """The unit of a speed that a text names; empty where it names none.
+    """The unit of a speed that a text names; empty if it names none.
 
     >>> speed_unit("1/min"), speed_unit("furlongs")
     ('rpm', '')

@@ -46,7 +46,7 @@ class Answers(Settings):
     sheet: str = setting("", "the sheet of an Excel file; empty: its only one")
     unit: str | None = setting(
         None,
-        "unit of amplitudes, where the file does not say it; of volts that of the motion, with scale",
+        "unit of amplitudes, if the file does not state it; for volts the unit of the motion, with scale",
         choices=tuple(UNITS),
     )
     scale: float | None = setting(
@@ -55,12 +55,12 @@ class Answers(Settings):
         above=0,
     )
     amplitude: str | None = setting(
-        None, "peak to peak, zero to peak or rms, where the file does not say it", choices=DETECTORS
+        None, "peak to peak, zero to peak or rms, if the file does not state it", choices=DETECTORS
     )
     phase: str | None = setting(
-        None, "whether phases are lags or leads, where the file does not say it; none: leave them out", choices=SENSES
+        None, "whether phases are lags or leads, if the file does not state it; none: omit them", choices=SENSES
     )
-    speed_unit: str | None = setting(None, "unit of speeds, where the file does not say it", choices=tuple(SPEED_UNITS))
+    speed_unit: str | None = setting(None, "unit of speeds, if the file does not state it", choices=tuple(SPEED_UNITS))
     rotation: str | None = setting(
         None,
         "sense of rotation, counterclockwise or clockwise, seen as the angles of the probes are: x is to the right and y up;"
@@ -68,7 +68,7 @@ class Answers(Settings):
         choices=ROTATIONS,
     )
     harmonics: list[float] = setting(
-        [1.0], "multiples of the speed of rotation that are read, where the file has several", above=0
+        [1.0], "multiples of the speed of rotation to read, if the file has several", above=0
     )
     revolutions: int = setting(1, "turns of the shaft that each row of a waveform averages", at_least=1)
     keyphasor_edge: str | None = setting(
@@ -117,7 +117,7 @@ class Answers(Settings):
         super().__post_init__()
 
     def check_answers(self) -> None:
-        """Raise `SettingError` where settings answer questions that this format does not ask."""
+        """Raise `SettingError` if settings answer questions that this format does not ask."""
         defaults = {name: field.default for name, field in type(self).__dataclass_fields__.items()}
         if self.format == OWN:
             for name in ("unit", "scale", "amplitude", "speed_unit", "rotation", "sheet"):
@@ -142,7 +142,7 @@ class Answers(Settings):
             )
         if self.scale is not None and self.unit is None:
             raise SettingError(
-                "scale: expected the unit that it leads to beside it, got none; give unit=mil or another"
+                "scale: expected a unit with it, got none; give unit=mil or another"
             )
         if self.format != "excel" and self.sheet and self.format != "waveform":
             raise SettingError(f"sheet: expected none with format={self.format}, got {self.sheet!r}; leave it out")

@@ -34,6 +34,8 @@ class AddedMass(SeatedEffect):
 
     position: float | None = setting(None, "where it sits; null: on the first disk or end", unit="m", at_least=0)
 
+    says = "The rotor carries {added_mass:more|less} {place} than in the model"
+    check_next = "Parts on the shaft there that the rotor file lacks or has twice; weigh them."
     aliases: ClassVar[Mapping[str, str]] = {
         "mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
         "disk_mass": "a disk has moments of inertia too; modes that tilt it, or weigh the disk",

@@ -38,6 +38,8 @@ class AxialForce(RotorEffect):
     """The shaft is in tension or compression."""
 
     if_nowhere: ClassVar[str] = "leave it out: its limits need bearings at two places"
+    says = "The shaft is in {axial_force:tension|compression}"
+    check_next = "Thrust, coupling preload and thermal growth against a fixed bearing."
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
         " hanging free",

@@ -34,6 +34,8 @@ class ChannelGain(PlacedEffect):
     direction: str | None = setting(None, "the channel's direction: x, y or degrees; null: all")
 
     is_scanned: ClassVar[bool] = False
+    says = "The reading of {place:probes} is {channel_gain:too high|too low}"
+    check_next = "Scale factor of this channel: calibrate probe, cable and monitor; compare target material."
     aliases: ClassVar[Mapping[str, str]] = {
         "probe_position": "both scale what the plane reads; measure the position of the probes, or calibrate them",
     }

@@ -46,6 +46,9 @@ class ClearanceRub(NonlinearEffect, SeatedEffect):
 
     position: float | None = setting(None, "where it touches; null: at a disk", unit="m", at_least=0)
 
+    words = "rub"
+    says = "The shaft touches a stop {place} beyond a clearance of {clearance}"
+    check_next = "Rub marks and clearances there; compare run-up and coast-down."
     aliases: ClassVar[Mapping[str, str]] = {
         "cubic_stiffness": "both lean peaks; a run with more unbalance",
         "speed_dependent_damping": "both lower a peak; a run with more unbalance",

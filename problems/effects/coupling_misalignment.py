@@ -21,6 +21,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.problem.load import FORCE, LOADS, Load
+from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import (
     PlacedEffect,
@@ -52,6 +53,7 @@ class CouplingMisalignment(PlacedEffect):
     twice: bool = setting(False, "whether it acts twice per turn too; data that hold 2X ask for it")
 
     is_scanned: ClassVar[bool] = False
+    check_next = "Alignment of the coupling, hot and cold; run uncoupled if possible."
     aliases: ClassVar[Mapping[str, str]] = {
         "crack": "both make 2X; that of a crack peaks at half of a critical speed as its sag does, and has 3X beside it",
         "residual_bow": "both turn with the shaft at any speed; run uncoupled, or measure the bow on slow roll",
@@ -70,6 +72,13 @@ class CouplingMisalignment(PlacedEffect):
 
     def __str__(self) -> str:
         return f"{self.kind} at {'the far end' if self.position is None else f'{self.position:g} m'}"
+
+    def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        stated = super().statement(sizes)
+        twice = f", and {{coupling_{self.kind}_2x:size}} at twice the speed" if self.twice else ""
+        place = stated.place.removeprefix(f"{self.kind} ")
+        sentence = f"The coupling acts on the shaft with a {self.kind} of {{coupling_{self.kind}}} {place}{twice}"
+        return dataclasses.replace(stated, sentence=sentence)
 
     def locations(self, problem: RotorProblem) -> Sequence[CouplingMisalignment]:
         """A force and a moment at each coupling of the rotor, moments at nodes, or at each end of a rotor that names none; twice per turn

@@ -72,6 +72,8 @@ class Crack(PlacedEffect):
     )
     gravity_deg: float = setting(270.0, "where the weight points, past +x towards +y", unit="deg")
 
+    says = "A crack {place} takes away {crack:size} of the bending stiffness where it is open"
+    check_next = "Stop before further runs: inspect the shaft there (dye penetrant, ultrasound); follow 1X and 2X at constant speed."
     aliases: ClassVar[Mapping[str, str]] = {
         "coupling_misalignment": "both make 2X; that of a crack peaks at half of a critical speed as its sag does, and has 3X beside it",
         "shaft_asymmetry": "both make 2X at half of a critical speed; a crack opens and closes, which makes 3X of its sag too: look there",

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ksmea.arrays import Array, ComplexArray
-from problems.rotor.extension.effect import RotorEffect, column, stiffness_scale
+from ksmea.plugins.effect import ORBIT
+from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, column, stiffness_scale
 from problems.rotor.extension.sizes import Size
 
 LARGEST = 0.2  # of the largest stiffness
@@ -23,6 +24,11 @@ NOTICED = (0.002, 0.05)  # of the largest stiffness, of either sign, are drawn
 class CrossCouplingAntisymmetric(RotorEffect):
     """All bearings push at right angles to the deflection, kxy = −kyx."""
 
+    extent = ALL_BEARINGS
+    words = "cross-coupling"
+    says = "Bearings push across the deflection with {kxy_antisymmetric} (kxy = −kyx)"
+    picture = ORBIT
+    check_next = "Oil film, seals and swirl: clearance, load and inlet swirl; margin to instability."
     aliases: ClassVar[Mapping[str, str]] = {
         "internal_damping": "both act on the damping of the forward whirl; the onset of instability, reverse rotation",
         "annular_seal": "both drive forward whirl; a seal's grows with speed: measure over a wide band, or without pressure",

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ksmea.arrays import Array, ComplexArray
-from problems.rotor.extension.effect import RotorEffect, column, stiffness_scale
+from ksmea.plugins.effect import ORBIT
+from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, column, stiffness_scale
 from problems.rotor.extension.sizes import Size
 
 LARGEST = 0.2  # of the largest stiffness
@@ -24,6 +25,11 @@ NOTICED = (0.003, 0.1)  # of the largest stiffness, of either sign, are drawn
 class CrossCouplingSymmetric(RotorEffect):
     """The bearings' principal axes are turned, kxy = kyx."""
 
+    extent = ALL_BEARINGS
+    words = "turned bearing axes"
+    says = "Bearings couple x and y with {kxy_symmetric} (kxy = kyx)"
+    picture = ORBIT
+    check_next = "Orientation of the probes and direction of the bearing load relative to x and y."
     aliases: ClassVar[Mapping[str, str]] = {
         "probe_rotation": "both turn the ellipse; survey the angles of the probes, or look at how it changes with speed",
     }

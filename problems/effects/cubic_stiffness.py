@@ -43,6 +43,9 @@ class CubicStiffness(NonlinearEffect):
 
     positions: list[float] = setting([], "where these springs are, alike; none: at all bearings", unit="m", at_least=0)
 
+    words = "nonlinear bearing stiffness"
+    says = "Nonlinear bearing stiffness of {cubic_stiffness:(hardening)|(softening)}, {place}"
+    check_next = "Clearance and preload of the bearings; repeat the run with less and with more unbalance."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
         "clearance_rub": "both lean peaks; a run with more unbalance",

@@ -28,6 +28,8 @@ class DiskPosition(PartEffect[Disk]):
 
     position: float | None = setting(None, "where the model has it; null: the first disk", unit="m", at_least=0)
 
+    says = "The disk {place} sits {disk_position_change:further from|nearer to} the shaft's start"
+    check_next = "Axial position of the disk's centre of mass."
     aliases: ClassVar[Mapping[str, str]] = {
         "added_mass": "both change what the disk does to each mode; measure its distance from a bearing, or weigh it",
     }

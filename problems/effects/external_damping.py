@@ -37,6 +37,8 @@ def _per_damping_ratio(problem: RotorProblem) -> float:
 class ExternalDamping(RotorEffect):
     """What surrounds the shaft damps it."""
 
+    says = "The surroundings damp the shaft with {external_damping}"
+    check_next = "Liquid or gas around the rotor: flooding, windage, seals."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both change peak heights; several critical speeds, of which some hardly move the bearings",
     }

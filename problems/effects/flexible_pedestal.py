@@ -16,7 +16,7 @@ from typing import ClassVar
 
 from ksmea.arrays import Array
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import RotorEffect, rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, rotor_mass, stiffness_scale
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.bearing import Support
 
@@ -30,6 +30,7 @@ NOTICED_MASS = (0.06, 0.3)  # of the rotor, are drawn
 class FlexiblePedestal(RotorEffect):
     """What carries the bearings gives way, and has a mass."""
 
+    extent = ALL_BEARINGS
     loss_factor: float = setting(
         0.02,
         "η of the pedestals' springs: bolted steel structures have 0.01 to 0.05, and without any they could resonate"
@@ -38,6 +39,9 @@ class FlexiblePedestal(RotorEffect):
         at_most=1,
     )
 
+    words = "flexible pedestals"
+    says = "The pedestals yield by {pedestal_compliance_x} in x and {pedestal_compliance_y} in y, with a mass of {pedestal_mass} each"
+    check_next = "Foundation bolts, grout and pedestal; measure casing vibration at both bearings."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_stiffness": "a pedestal's mass softens it with speed too; a sensor on the casing",
         "foundation_resonance": "a block moves all bearings alike; sensors on the casings of two bearings, or on the foundation",

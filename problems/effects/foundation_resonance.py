@@ -21,6 +21,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.measurement.channel import DIRECTIONS
+from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import RotorEffect, rotor_mass, stiffness_scale
 from problems.rotor.extension.sizes import Size
@@ -42,6 +43,7 @@ class FoundationResonance(RotorEffect):
         0.05, "η of its spring: bolted frames have 0.01 to 0.05, concrete on soil 0.1", above=0, at_most=1
     )
 
+    check_next = "Anchor bolts, grout and base frame; measure the frame's vibration, or tap it."
     aliases: ClassVar[Mapping[str, str]] = {
         "flexible_pedestal": "a block moves all bearings alike; sensors on the casings of two bearings, or on the foundation",
         "speed_dependent_stiffness": "a block's mass softens it with speed too; a sensor on the foundation, another axis",
@@ -55,6 +57,11 @@ class FoundationResonance(RotorEffect):
             Size(compliance, "µm/kN", (0.0, SOFTEST), drawn=NOTICED_COMPLIANCE, per=stiffness_scale),
             Size(mass, "kg", (0.0, HEAVIEST), drawn=NOTICED_MASS, of=rotor_mass),
         )
+
+    def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        compliance, mass = (f"{{foundation_{what}_{self.direction}}}" for what in ("compliance", "mass"))
+        sentence = f"The foundation yields {{place}} by {compliance}, and moves with a mass of {mass}"
+        return dataclasses.replace(super().statement(sizes), sentence=sentence)
 
     def __str__(self) -> str:
         return f"along {self.direction}"

@@ -43,6 +43,8 @@ class HubStiffening(SeatedEffect):
         None, "of the hub; null: the thickness of the disk there, or the shaft's diameter", unit="m", above=0
     )
 
+    says = "The hub {place} makes the shaft {hub_stiffening} stiffer in bending"
+    check_next = "Shrink fit and width of this hub in the rotor file."
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both stiffen the shaft; several critical speeds, whose modes bend that place differently",
         "mass": "both move all modes; several critical speeds, whose modes bend that place differently",

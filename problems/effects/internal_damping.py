@@ -28,6 +28,8 @@ NOTICED = (3 * MICROSECOND, 60 * MICROSECOND)  # are drawn
 class InternalDamping(RotorEffect):
     """The shaft itself damps, as it turns."""
 
+    says = "The shaft damps itself as it turns: {internal_damping} times its stiffness"
+    check_next = "Loose shrink fits, splines and couplings; margin to instability above the critical speed."
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_antisymmetric": "both act on the damping of the forward whirl; the onset of instability,"
         " reverse rotation",

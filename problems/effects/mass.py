@@ -28,6 +28,9 @@ NOTICED = (0.003, 0.1)  # of either sign, are drawn
 class Mass(RotorEffect):
     """The rotor is heavier or lighter throughout."""
 
+    words = "rotor mass"
+    says = "The rotor is {mass_change:heavier|lighter} throughout than in the model"
+    check_next = "Weigh the rotor, or compare its drawing: density, blades, winding, couplings."
     aliases: ClassVar[Mapping[str, str]] = {
         "disk_mass": "both lower natural frequencies; several critical speeds, whose modes move that disk differently",
         "added_mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",

@@ -32,6 +32,8 @@ class ProbePosition(PlacedEffect):
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
 
     is_scanned: ClassVar[bool] = False
+    says = "The measuring plane of {place:probes} is {probe_position_change:further from|nearer to} the shaft's start"
+    check_next = "Measure the axial position of these probes."
     aliases: ClassVar[Mapping[str, str]] = {
         "channel_gain": "both scale what the plane reads; measure the position of the probes, or calibrate them",
     }

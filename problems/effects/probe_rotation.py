@@ -34,6 +34,9 @@ class ProbeRotation(PlacedEffect):
     direction: str | None = setting(None, "of the probe that is turned: x, y or degrees; null: all")
 
     is_scanned: ClassVar[bool] = False
+    words = "probe angle"
+    says = "The mounting angle of {place:probes} is {probe_rotation} off, counted from x towards y"
+    check_next = "Mounting angle of these probes, and the order of the two cables."
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_symmetric": "both turn the ellipse; survey the angles of the probes",
     }

@@ -34,6 +34,8 @@ NOTICED = (0.3 * MICROMETRE, 30 * MICROMETRE)  # vectors as long as these are dr
 class ResidualBow(RotorEffect):
     """The shaft is bent at rest, most in its middle."""
 
+    says = "The shaft is bent by {bow} in its middle"
+    check_next = "Dial gauge along the shaft on rollers; slow-roll run-out at mid-span; straighten or balance for the bow."
     aliases: ClassVar[Mapping[str, str]] = {
         "runout": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
         "thermal_bow": "a bow of heat is gone when the machine is cold, and run-up and run-down differ by it",

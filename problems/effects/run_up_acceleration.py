@@ -69,6 +69,9 @@ class RunUpAcceleration(RotorEffect):
         None, "the highest speed that modes must suit; null: that of the problem", unit="rad/s", above=0
     )
 
+    words = "fast speed sweep"
+    says = "The speed sweeps at {acceleration}, too fast for steady states"
+    check_next = "Sweep rate of the run; repeat it slower, or add a coast-down."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both lower a peak; a second run-up at another rate, a coast-down",
         "speed_dependent_stiffness": "both move a peak; a second run-up at another rate, a coast-down",

@@ -36,6 +36,8 @@ class Runout(PlacedEffect):
 
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
 
+    says = "Runout of {runout:reading}, seen by {place:probes}"
+    check_next = "It is no fault of the rotor: record a slow-roll vector, or the probe track's surface and magnetism."
     aliases: ClassVar[Mapping[str, str]] = {
         "residual_bow": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
     }

@@ -34,6 +34,9 @@ NOTICED = (0.05, 1.0)  # parts of either limit are drawn
 class ShearTheory(RotorEffect):
     """The shaft is softer or stiffer in shear than the model's beam theory has it."""
 
+    words = "shear stiffness"
+    says = "The shaft is {shear_flexibility_change:softer|stiffer} in shear than in the model"
+    check_next = "Hollow and stepped sections in the rotor file: wall thickness, bore."
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both move all modes; shear moves the highest most: several critical speeds, or tap the shaft alone",
     }

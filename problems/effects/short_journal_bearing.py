@@ -28,7 +28,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.extension.effect import RotorEffect, stiffness_scale
+from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, stiffness_scale
 from problems.rotor.extension.short_bearing import eccentricity_ratio, film_coefficients
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.bearing import inverse, product
@@ -47,6 +47,7 @@ SMALLEST_CLEARANCE = 1e-12  # m, below which ε no longer changes: its complianc
 class ShortJournalBearing(RotorEffect):
     """The shaft floats on oil in its bearings."""
 
+    extent = ALL_BEARINGS
     diameter: float | None = setting(
         None, "D of the journals; null: that of the shaft at the first bearing", unit="m", above=0
     )
@@ -60,6 +61,9 @@ class ShortJournalBearing(RotorEffect):
         None, "the speed Ω₁ of the unknown; null: the highest of the problem", unit="rad/s", above=0
     )
 
+    words = "journal bearing film"
+    says = "Oil films yield by {film_compliance} at the highest speed"
+    check_next = "Clearance, viscosity and load of the bearings."
     aliases: ClassVar[Mapping[str, str]] = {
         "annular_seal": "a film of liquid too, but at the bearings; probes near the seal, a run without pressure",
         "cross_coupling_antisymmetric": "both drive forward whirl; warm and cold oil differ, what else couples does not",

@@ -42,6 +42,8 @@ class SkewedDisk(SeatedEffect):
     )
 
     is_scanned: ClassVar[bool] = False
+    says = "The disk {place} sits {skew:size} out of square"
+    check_next = "Dial gauge on the disk's face; re-mount or re-machine the fit."
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both grow with Ω² and turn with the shaft; a second critical speed, a trial weight, a dial gauge on the rim",
         "coupling_misalignment": "moments that turn with the shaft; that of a disk grows with Ω²: measure at low speed too",

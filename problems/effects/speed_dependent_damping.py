@@ -29,6 +29,9 @@ class SpeedDependentDamping(SlopeOverSpeed):
         None, "the speed at which the change is b; null: the highest of the problem", unit="rad/s", above=0
     )
 
+    words = "damping over speed"
+    says = "Bearing damping is {damping_slope:higher|lower} at full speed than at rest"
+    check_next = "Oil temperature and load over the run; identify bands of speed by themselves."
     aliases: ClassVar[Mapping[str, str]] = {
         "clearance_rub": "both lower a peak; a run with more unbalance",
         "unbalance": "both change the heights of peaks against each other; a further resonance, a trial weight",

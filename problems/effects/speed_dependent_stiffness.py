@@ -17,7 +17,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import RotorEffect, column
+from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, column
 from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
@@ -29,6 +29,7 @@ NOTICED = (0.02, 0.4)  # of either sign, are drawn
 class SlopeOverSpeed(RotorEffect):
     """Base of effects by which direct coefficients of the bearings change in proportion to speed."""
 
+    extent = ALL_BEARINGS
     full_speed: float | None
 
     def locations(self, problem: RotorProblem) -> Sequence[Self]:
@@ -51,6 +52,9 @@ class SpeedDependentStiffness(SlopeOverSpeed):
         None, "the speed at which the change is a; null: the highest of the problem", unit="rad/s", above=0
     )
 
+    words = "stiffness over speed"
+    says = "Bearing stiffness is {stiffness_slope:higher|lower} at full speed than at rest"
+    check_next = "Oil temperature, preload and load over the run; identify bands of speed by themselves."
     aliases: ClassVar[Mapping[str, str]] = {
         "cubic_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
         "youngs_modulus": "both move the peaks; several critical speeds, or tap the rotor hanging free",

@@ -54,6 +54,8 @@ class ThermalBow(RotorEffect):
         choices=tuple(OF_RUN),
     )
 
+    says = "The shaft bends by {thermal_bow} in its middle as it warms up"
+    check_next = "Repeat the run cold, and hold full speed until vibration is steady; look for rubs, uneven cooling, shorted turns."
     aliases: ClassVar[Mapping[str, str]] = {
         "residual_bow": "a bow of heat is gone when the machine is cold, and run-up and run-down differ by it",
         "coupling_misalignment": "both turn with the shaft; a bow of heat is gone when the machine is cold",

@@ -37,6 +37,8 @@ class TimingDelay(PlacedEffect):
     direction: str | None = setting(None, "the late channel's direction: x, y or degrees; null: all")
 
     is_scanned: ClassVar[bool] = False
+    says = "The reading of {place:probes} comes {timing_delay:late|early}"
+    check_next = "Filters, multiplexer and edge of the phase mark of these channels."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both change how the phase goes with speed; a wider band, a square wave into all channels",
         "run_up_acceleration": "both make the phase late; a slower run-up, a coast-down",

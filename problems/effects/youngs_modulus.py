@@ -25,6 +25,9 @@ NOTICED = (0.003, 0.1)  # of either sign, are drawn
 class YoungsModulus(RotorEffect):
     """The shaft is stiffer or softer throughout."""
 
+    words = "shaft stiffness"
+    says = "The shaft is {youngs_modulus_change:stiffer|softer} in bending than in the model"
+    check_next = "Diameters, material and shrink fits in the rotor file; tap the rotor hanging free."
     aliases: ClassVar[Mapping[str, str]] = {
         "axial_force": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
         " hanging free",

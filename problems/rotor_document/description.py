@@ -88,7 +88,7 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
     )
     n_bearing = len(bearings) + _further_unknown(owners, len(bearings))
     sizes = {"n_bearing": n_bearing, "n_plane": len(planes), "n_probe": len(channels)}
-    inside(document, "", lambda: check_ports(n_element, len(speed), **sizes))
+    inside(document, "", lambda: check_ports(len(speed), **sizes))
     inexact = read_inexact(stated, document, units, rotor, channels, materials)
     unknowns = (*unknowns, *inexact.unknowns)
     if "rotation" in document.values and document.choice("rotation", "sense of rotation", ROTATIONS) == ROTATIONS[1]:
@@ -105,7 +105,7 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
 
 
 def _check_counts(document: Block) -> None:
-    """Raise `SettingError` where there is more of something than any rotor has, before anything is made of it."""
+    """Raise `SettingError` if there is more of something than any rotor has, before anything is made of it."""
     limits = dict.fromkeys(("disks", "masses", "probes", "unknowns", "materials", "couplings"), MAX_THINGS)
     limits |= dict.fromkeys(("bearings", "seals", "unbalance"), MAX_SUPPORTS)
     for key, most in {**limits, "shaft": MAX_ELEMENTS, "speeds": MAX_SPEEDS}.items():

@@ -81,7 +81,7 @@ def read_shaft(
         )
     shafts = [segment for segment in segments if isinstance(segment, ShaftSegment)]
     if not shafts:
-        raise blocks[0].error("coupling", "expected a segment of shaft beside it, got couplings alone")
+        raise blocks[0].error("coupling", "expected a segment of shaft next to it, got couplings only")
     _refuse_soft(shafts, materials, named)
     if mesh is None:
         return tuple(segments)
@@ -93,7 +93,7 @@ def read_shaft(
 
 
 def _refuse_soft(shafts: Sequence[ShaftSegment], materials: Mapping[str, Material], named: Block) -> None:
-    """Raise `SettingError` where a material is too soft, but for sleeves: in segments that another material makes stiff."""
+    """Raise `SettingError` if a material is too soft, but for sleeves: in segments that another material makes stiff."""
     for name, material in materials.items():
         if material.young_modulus >= LEAST_MODULUS:
             continue
@@ -146,7 +146,7 @@ def _layer(block: Block, units: Units, materials: Mapping[str, Material], shear:
 
 
 def _right_radii(block: Block, units: Units) -> dict[str, Any]:
-    """Radii (m) at the right end of a cone, None where they are as at the left one."""
+    """Radii (m) at the right end of a cone, None if they are as at the left one."""
     found = {}
     for side in ("outer", "inner"):
         diameter = _optional(block, units, f"{side}_diameter_right", "length", at_least=0)

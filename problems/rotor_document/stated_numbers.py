@@ -22,7 +22,7 @@ Path = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class StatedNumber:
-    """A number that is not exact, in the unit of the file: `sd` None without a tolerance, `limits` None where it is not searched."""
+    """A number that is not exact, in the unit of the file: `sd` None without a tolerance, `limits` None if it is not searched."""
 
     block: Block  # the map itself
     path: Path  # ("disks", 1, "mass")

@@ -104,7 +104,7 @@ def sheet_rows(word: str, sheets: RotorSheets) -> list[list[str]]:
         str(sheets.folder / path),
         "CSV or Excel",
         LARGEST,
-        f"expected at most {LARGEST} bytes, got {{}}; this is no table".format,
+        f"expected at most {LARGEST} bytes, got {{}}; a table is smaller".format,
     )
     sheets.read[word] = content
     is_excel = path.lower().endswith((".xlsx", ".xlsm"))

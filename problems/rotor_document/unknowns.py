@@ -78,11 +78,11 @@ def _prior(block: Block, unit: Unit) -> Prior | None:
         return None
     if len(given) < 2:
         missing = "sd" if given == ["value"] else "value"
-        raise block.error(missing, f"expected a number beside {given[0]}, got nothing; give both or none")
+        raise block.error(missing, f"expected a number with {given[0]}, got nothing; give both or none")
     value = block.number("value", unit.name, at_least=block.number("lower"), at_most=block.number("upper"))
     sd = deviation(block, "sd", value)
     if not sd:
-        raise block.error("sd", "expected more than 0; a number that is exact is no unknown")
+        raise block.error("sd", "expected more than 0; an exact number is not an unknown")
     return Prior(value * unit.si, sd * unit.si)
 
 

@@ -179,7 +179,7 @@ def test_a_method_without_any_run_takes_no_part(found):
     assert (rows["excess_rank"] == 1.0).all()
     assert (
         told(compared)[0]
-        == "one method alone, fast: nothing to rank; merge its folder with that of others (docs/export.md)"
+        == "one method alone, fast: nothing to rank; merge its folder with others (docs/merge_export.md)"
     )
 
 
@@ -234,8 +234,8 @@ def told(compared):
 @pytest.mark.parametrize(
     "held_back, expected",
     [
-        ((False, False, False), "open set (3 open, 0 held back): the final ranking is that of the held-back set alone"),
-        ((True, False, True), "open set (1 open, 2 held back): the final ranking is that of the held-back set alone"),
+        ((False, False, False), "open set (3 open, 0 held back): the final ranking uses the held-back set only"),
+        ((True, False, True), "open set (1 open, 2 held back): the final ranking uses the held-back set only"),
         ((True, True, True), "all instances are of the held-back set: this is the final ranking"),
     ],
 )

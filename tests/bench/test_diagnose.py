@@ -47,7 +47,7 @@ def diagnosis(ended):
 
 def test_it_says_what_is_wrong_and_names_the_cause(hidden):
     assert hidden.code == 0, hidden.err
-    assert "The model does not fit: what it leaves is no noise" in hidden.out
+    assert "The model does not fit: its residuals are not noise" in hidden.out
     assert "Verdict: named – runout" in hidden.out
     assert "The extension is supported by left-out data: it predicts 6 of 6 blocks of speeds better" in hidden.out
     assert "Its elpd difference is +" in hidden.out

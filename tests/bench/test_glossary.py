@@ -28,8 +28,8 @@ def test_every_row_of_the_page_is_an_entry_without_markup():
         (["log", "decrement"], "log decrement (glossary, the rotor)"),
         (["decrement"], "log decrement (glossary, the rotor)"),
         (["predictive gain"], "log predictive density of left-out data"),
-        (["at_limit"], "the end of the range in which an unknown is searched"),
-        (["runout"], "what a probe reads of a surface that is not concentric"),  # below the effect of this name
+        (["at_limit"], "end of the search range of an unknown"),
+        (["runout"], "probe reading from a surface that is not concentric"),  # below the effect of this name
         (["open set"], "[contest.md]"),  # a link as its text
     ],
 )

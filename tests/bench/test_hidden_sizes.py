@@ -102,7 +102,7 @@ def test_all_draws_of_several_effects_together_are_stable():
         (
             {"hidden": ["cross_coupling_antisymmetric"], "sizes": {"kxy_antisymmetric": 1.0}},
             "measurement.sizes: expected a rotor that is stable up to its highest measured speed, 14324 rpm,"
-            + " got one whose free motions grow from 1014 rpm, where no steady response exists; give other values",
+            + " got one whose free motions grow from 1014 rpm, without a steady response; give other values",
         ),
         (
             {"truth": {"cxx": -0.1}},

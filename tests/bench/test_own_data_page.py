@@ -1,4 +1,4 @@
-"""The commands of docs/own_data.md that make and import files, as the page gives them."""
+"""The commands of docs/own_data.md and docs/file_formats.md that make and import files, as the pages give them."""
 
 import re
 import shlex
@@ -13,8 +13,8 @@ import ksmea
 from bench import main
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs" / "own_data.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL)
+PAGE, FORMATS = ((ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("own_data.md", "file_formats.md"))
+BLOCKS = re.findall(r"```sh\n(.*?)```", PAGE + FORMATS, re.DOTALL)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def folder(tmp_path_factory):
         for words in commands():
             if words[:3] == ["python", "-m", "bench"] and not words[3].startswith("+"):
                 assert main.run(words[3:]) == 0, words
-            elif words[1] == "-c":
+            elif words[1] == "docs/examples/made_files.py":
                 subprocess.run([sys.executable, *words[1:]], check=True)
     return made
 
@@ -45,7 +45,7 @@ def _split(block):
 
 
 def test_the_page_has_the_commands_that_it_speaks_of():
-    firsts = [words[3] for words in commands() if words[1] == "-m"]
+    firsts = [words[3] for words in commands() if words[1:3] == ["-m", "bench"]]
     assert firsts.count("import") == 3 and "export" in firsts and "+experiment=identify" in firsts
 
 

@@ -22,7 +22,7 @@ from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, NoiseRecord, 
 from ksmea.records.estimate import NoiseLevelRecord, Shown
 from ksmea.show.charts.chart import Points
 from ksmea.show.charts.intervals_chart import intervals_chart
-from ksmea.show.charts.residuals import residuals
+from ksmea.show.charts.responses import residuals
 from ksmea.show.charts.response_charts import bode_chart
 from ksmea.show.charts.responses import ModelCurve, Response, of_diagnosis
 from ksmea.show.diagnosis_text import text
@@ -155,14 +155,14 @@ def test_residuals_before_and_after_are_in_units_of_the_same_noise(by_run, is_co
 
 
 def test_tables_of_a_page_have_the_digits_of_the_text():
-    """Every value and interval of the page stands in the text, character by character."""
-    sections = {section.title: section.blocks for section in diagnosis_page(RECORD, ()).sections}
-    [unknowns, _], said = sections["Unknowns"], text(RECORD)
+    """Every value and interval of the folded tables stands in the text, character by character."""
+    folded = {each.title: each.blocks for section in diagnosis_page(RECORD, ()).sections[-1:] for each in section.blocks}
+    [unknowns, _], said = folded["All unknowns, before and after"], text(RECORD)
     cells = unknowns.frame[["before", "after"]].to_numpy().ravel()
     assert {cell for cell in cells if "[" in cell} and all(cell in said for cell in cells)
     assert unknowns.frame["unknown"].tolist() == [row.name for row in RECORD.coefficients]
     assert unknowns.frame.set_index("unknown").loc["runout_x", "before"] == "–"
-    [trials] = sections["Effects"][1].blocks
+    [trials] = folded[f"All {len(RECORD.ranking)} fits, the highest ΔBIC first"]
     first = trials.frame.iloc[0]
     assert f"{first['unknown']} {first['size']} {first['interval']} {first['unit']}" in said
 

@@ -68,7 +68,7 @@ def test_hostile_texts_stand_on_the_page_as_text():
     import pandas as pd
 
     sections = [Section(HOSTILE, (Prose(HOSTILE), Table(pd.DataFrame({HOSTILE: [HOSTILE]}), HOSTILE)))]
-    page = document(HOSTILE, HOSTILE, sections, {"name": HOSTILE}, {}).decode()
+    page = document(HOSTILE, Page(HOSTILE, about=HOSTILE), sections, {"name": HOSTILE}, {}).decode()
     assert "<img" not in page and "\u202e" not in page and page.count("</script>") == 1
     assert facts_of(page)["name"] == HOSTILE
 
@@ -203,5 +203,5 @@ def test_a_report_that_tells_nothing_of_a_page_has_one(plan):
 
 
 def test_a_headline_stands_first():
-    page = document("x", "Verdict: adequate", Page("", (Section("a", ()),)).sections, {}, {}).decode()
-    assert page.index("Verdict: adequate") < page.index("<main>")
+    page = document("x", Page("it fits"), (Section("a", ()),), {}, {}).decode()
+    assert page.index("<h1>It fits</h1>") < page.index("<main>")

@@ -100,7 +100,7 @@ def test_a_file_that_is_gone_is_told_beside_all_else(folder, enter):
     *lines, last = enter("explain", key).out.splitlines()
     assert any(line.startswith("done on ") for line in lines)
     assert last.startswith(
-        "what has changed since it was planned cannot be told: plugins: expected a Python file, found"
+        "the changes since it was planned are not known: plugins: expected a Python file, found"
     )
 
 

@@ -207,7 +207,7 @@ def test_what_leaves_no_channel_to_test_by_is_not_tried():
     [
         (6, 40, "amplitude", "got amplitudes of 6; measure phases"),
         (2, 40, "complex", "got 2; add a probe"),
-        (3, 4, "complex", "got 8 real data beside the force for 5 unknowns; measure more speeds"),
+        (3, 4, "complex", "got 8 real data in addition to the force for 5 unknowns; measure more speeds"),
     ],
 )
 def test_too_few_data_are_refused_with_what_would_be_enough(n_channel, n_speed, kind, what):

@@ -32,7 +32,7 @@ def test_a_record_comes_back_from_json(record):
 def test_what_stands_in_json_is_the_record(record):
     data = record.to_data()
     assert {"verdict", "named", "ambiguity_group", "locations", "predictive_gain", "collinearity"} <= data.keys()
-    assert data["ranking"][0].keys() == {"effect", "location", "deviance_drop", "delta_bic", "p", "parameters"}
+    assert data["ranking"][0].keys() == {"effect", "location", "deviance_drop", "delta_bic", "p", "parameters", "words"}
     assert not data["hidden"] and data["hidden_deviance_drop"] is None  # nothing that a diagnosis could know
 
 

@@ -4,8 +4,9 @@ import re
 
 from shown_pages import DOCS, LINK, ROOT, pages, text_of
 
-FIGURES = {path.name for path in (DOCS / "figures").iterdir()}
+FIGURES = {path.name for folder in ("figures", "_static") for path in (DOCS / folder).glob("*.png")}
 ROW = re.compile(r"^\| ((?:`\w+\.png`(?:, )?)+) \| `(python [^`]+)` \| .+ \|$", re.MULTILINE)
+PICTURE = re.compile(r'<(?:source [^>]*srcset|img src)="([^"]+)"')
 
 
 def test_each_figure_has_a_command():
@@ -15,6 +16,15 @@ def test_each_figure_has_a_command():
     assert sorted(told) == sorted(FIGURES)
 
 
-def test_each_figure_is_shown():
-    links = {link.rpartition("/")[2] for page in pages() for link in LINK.findall(text_of(page)) if "figures/" in link}
-    assert links == FIGURES
+def test_each_figure_is_shown_and_there():
+    texts = {page: text_of(page) for page in pages()}
+    links = {page.parent / link for page, text in texts.items() for link in LINK.findall(text) if "figures/" in link}
+    links |= {page.parent / link for page, text in texts.items() for link in PICTURE.findall(text)}
+    assert all(link.is_file() for link in links)
+    assert {link.name for link in links} == FIGURES
+
+
+def test_a_picture_of_a_page_has_a_dark_one():
+    for page in pages():
+        shown = PICTURE.findall(text_of(page))
+        assert [name.replace("_light", "_dark") for name in shown[1::2]] == shown[::2], page.name

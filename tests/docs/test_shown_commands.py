@@ -36,7 +36,7 @@ NOT_TRIED = {  # first words → why
     "lint-imports": "the same",
     "python -m mypy": "the same",
     "python -m pytest": "these tests",
-    "python -c": "tests/bench/test_own_data_page.py runs it",
+    "python docs/examples/made_files.py": "tests/bench/test_own_data_page.py runs it",
     "python -m bench import": "the same",
     "python -m bench import rotor": "test_import_rotor_page.py runs it",
     "python -m bench export measurement": "tests/bench/test_own_data_page.py runs it",

@@ -131,7 +131,7 @@ class AnyPath(Synthetic):
 
 
 BROKEN_MEASUREMENTS = [
-    ("measures_what_it_says", Fewer(), r"amplitude of 9 speeds and 2 channels, as told, got amplitude of 8 and 2"),
+    ("measures_what_it_says", Fewer(), r"amplitude of 9 speeds and 2 channels, as stated, got amplitude of 8 and 2"),
     (
         "speeds_and_values_are_si",
         InMicrometres(),

@@ -58,7 +58,7 @@ MISMATCHES = {
     ),
     "phases": (
         measured_at(PROBLEM, "complex", phase_known=False),
-        "phases: expected a problem whose phase origin is unknown as that of the measurement is, got one without",
+        "phases: expected a problem with an unknown phase origin, as the measurement has, got one without",
     ),
 }
 

@@ -92,7 +92,7 @@ def test_amplitudes_alone_are_refused_beside_1x(tmp_path):
 
 
 def test_data_without_1x_are_refused():
-    with pytest.raises(SettingError, match="expected 1X beside 2X"):
+    with pytest.raises(SettingError, match="expected 1X with 2X"):
         Measurement(np.ones(3), CHANNELS[2:3], np.ones((3, 1), complex), None, "test")
 
 

@@ -280,7 +280,7 @@ def test_no_such_file_and_a_directory(write, tmp_path):
 
 def test_a_pipe_is_no_file_and_what_is_too_large_is_not_read(write, tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe.yaml")
-    assert "got something that is no regular file" in refused(file=str(tmp_path / "pipe.yaml"))
+    assert "got something that is not a regular file" in refused(file=str(tmp_path / "pipe.yaml"))
     large = write("#" * (LARGEST + 1))
     monkeypatch.setattr(Path, "read_bytes", lambda path: pytest.fail("it was read"))
     assert f"expected at most {LARGEST} bytes" in refused(file=large)

@@ -241,7 +241,7 @@ def test_samples_alone_are_for_its_substitute():
     assert Rational().least_samples(2) == Kriging().least_samples(2)
     expected = Kriging().fit(u, y, np.random.default_rng(0)).predict(u + 0.01)
     assert np.array_equal(Rational().fit(u, y, np.random.default_rng(0)).predict(u + 0.01), expected)
-    with pytest.raises(SettingError, match="expected to be told of impedances"):
+    with pytest.raises(SettingError, match="expected the impedances"):
         Rational(fallback="stop").fit(u, y, np.random.default_rng(0))
 
 

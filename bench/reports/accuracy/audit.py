@@ -211,7 +211,7 @@ def audit_text(frame: pd.DataFrame) -> str:
     )
     return "\n".join(
         [
-            "printed errors beside the Cramér–Rao lower bound (CRLB, 1 σ, %): possible/lucky/impossible",
+            "printed errors against the Cramér–Rao lower bound (CRLB, 1 σ, %): possible/lucky/impossible",
             aligned(head, lines),
             key,
             f"{TOGETHER}: the columns of the table, each by the joint chance of all its errors",

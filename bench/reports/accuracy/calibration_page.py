@@ -68,7 +68,7 @@ def calibration_chart(
         if has_coverage:
             stacks.append((_coverage(rows, own, levels, name),))
     beyond = "; some reach beyond what is drawn" if any(_reach(of) >= FAR for of in errors.values()) else ""
-    said = f"Errors in units of the CRLB: boxes are quartiles, whiskers 2.5 and 97.5 %; dotted: where those of an efficient estimate lie{beyond}."
+    said = f"Errors in units of the CRLB: boxes are quartiles, whiskers 2.5 and 97.5 %; dotted: the same of an efficient estimate{beyond}."
     said += (
         f" Beside them the share of intervals that hold the truth, ± 2 standard errors; dotted: the confidence level, ± {HELD:g} % shaded."
         if has_coverage

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bench.plan.page import Block, Command, Drawn, Prose, Section, Table
+from bench.plan.page import Block, Command, Drawn, Page, Prose, Section, Table
 from bench.reports.comparison.comparison import SAME_DATA, Comparison, unknowns_table
 from bench.reports.pages.document import document
 from bench.reports.pages.made_by import command_line
@@ -17,7 +17,7 @@ def comparison_page(comparison: Comparison) -> bytes:
         for name in dict.fromkeys([*first.unknowns, *second.unknowns])
     }
     blocks: list[Block] = [Prose(f"a: {first.name}: {first.verdict}\nb: {second.name}: {second.verdict}")]
-    about = f"Differences are in combined standard deviations, σ: those of two independent measurements.\n{SAME_DATA if comparison.is_of_same_data else ''}"
+    about = f"Differences are in combined standard deviations σ of two independent measurements.\n{SAME_DATA if comparison.is_of_same_data else ''}"
     of_unknowns: list[Block] = [Prose(about), Table(unknowns_table(comparison), "Unknowns", "compare.csv")]
     if unknowns:
         of_unknowns.append(
@@ -44,4 +44,4 @@ def comparison_page(comparison: Comparison) -> bytes:
         ),
     ]
     title = f"{first.name} and {second.name}"
-    return document(title, comparison.verdict, sections, {"comparison": [first.name, second.name]}, {})
+    return document(title, Page(comparison.verdict), sections, {"comparison": [first.name, second.name]}, {})

@@ -11,7 +11,6 @@ import numpy as np
 from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
 from bench.plan.plan import Plan, Run, read_plan
-from bench.reports.diagnosis import page as diagnosis
 from bench.reports.fleet.rows import diagnosed, identified
 from bench.reports.identification import page as identification
 from bench.reports.pages.made_by import flattened
@@ -19,8 +18,9 @@ from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import Shown
 from ksmea.records.identification import IdentificationRecord
+from ksmea.show import diagnosis_findings as findings
 from ksmea.show.text import two_digits
-from ksmea.show.verdict import verdict_line
+from ksmea.show.diagnosis_findings import verdict_line
 from ksmea.units import MICROMETRE
 
 USUAL_LEVEL = 0.95  # of intervals in plans that say none
@@ -48,7 +48,7 @@ class Side:
 
 
 def read_side(folder: Path) -> Side:
-    """The first run that has a result in a folder; `SettingError` where it is neither an identification nor a diagnosis."""
+    """The first run that has a result in a folder; `SettingError` if it is neither an identification nor a diagnosis."""
     plan = read_plan(folder)
     run, line = _first(plan, folder)
     cell = plan.cells[run.cell]
@@ -124,7 +124,7 @@ def _diagnosis_findings(line: RunLine) -> Findings:
     facts |= {} if record.lack_of_fit.after is None else {"reduced χ² after": record.lack_of_fit.after.reduced_chi2}
     facts |= {} if row.noise is None else dict(_noise(*row.noise))
     unknowns = {**row.values, **_of_extension(record)}
-    headline = diagnosis.headline(record)
+    headline = findings.title(record, record.notation)
     return headline, verdict_line(record).removeprefix("Verdict: "), facts, unknowns
 
 

@@ -44,7 +44,7 @@ def family(cell: Cell) -> str:
 
 
 def is_held_back(cell: Cell) -> bool | None:
-    """Whether a cell's instance is kept for the final ranking; None where it does not say."""
+    """Whether a cell's instance is kept for the final ranking; None if it does not say."""
     held_back = cell.settings["problem"].get(HELD_BACK)
     return None if held_back is None else bool(held_back)
 

@@ -21,7 +21,7 @@ LEAST = 1e-3  # of a measure, below which the data see no difference: drawn as t
 BANDED = 7  # methods, beyond which bands of quartiles would hide the lines
 PRICES = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
 PROFILES = {
-    "performance": "expected running time / that of the fastest",
+    "performance": "expected running time / fastest",
     "data": "expected running time in simplex gradients of d + 1 evaluations",
 }
 MARKED = 5  # points of a line with the symbol of its method

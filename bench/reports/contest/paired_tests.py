@@ -26,7 +26,7 @@ LEAST_METHODS = 3  # that Friedman's test compares
 
 @dataclass(frozen=True)
 class Friedman:
-    """χ² (corrected for ties) with n_method − 1 degrees of freedom; not a number where it does not apply."""
+    """χ² (corrected for ties) with n_method − 1 degrees of freedom; not a number if it does not apply."""
 
     chi2: float
     p: float

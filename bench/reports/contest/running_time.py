@@ -69,7 +69,7 @@ def break_even(evaluations: float, overhead: float, others: Sequence[tuple[float
 
 def performance_ratios(times: Array) -> Array:
     """By how much each method is slower than the fastest one on the same instance (Dolan & Moré, Math. Program. 91 (2002)
-    201–213, eq. (2.1)); infinite where it does not solve it.
+    201–213, eq. (2.1)); infinite if it does not solve it.
 
     >>> performance_ratios(np.array([[10.0, 20.0], [30.0, np.inf], [np.inf, np.inf]]))
     array([[ 1.,  2.],
@@ -99,7 +99,7 @@ def spent(hits: Array, ends: Array) -> Array:
 
 
 def expected_running_time(costs: Array, successes: Array) -> Array:
-    """ERT of summed costs and numbers of successes, of any common shape; infinite where there is no success.
+    """ERT of summed costs and numbers of successes, of any common shape; infinite if there is no success.
 
     Two runs reach the target at 10 and 30, one ends at 100 without:
 

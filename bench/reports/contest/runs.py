@@ -77,7 +77,7 @@ class Contest:
 
     def medians(self, values: Array, draws: np.ndarray | None = None) -> Array:
         """Medians over the draws, or some of them (n_run,), of a value of runs (n_run,), as (n_instance, n_method); not a
-        number where there is none."""
+        number if there is none."""
         frame = self.runs[["method", "instance"]].assign(value=values)
         chosen = frame if draws is None else frame[draws]
         table = chosen.groupby(["instance", "method"])["value"].median().unstack()
@@ -87,7 +87,7 @@ class Contest:
 def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Contest:
     """The contest of a plan, its runs (`runs_frame`) and the traces of those that have one.
 
-    Raises `SettingError` where a label has several cells of one instance and seed.
+    Raises `SettingError` if a label has several cells of one instance and seed.
     """
     cells = cells_frame(plan)
     ended = runs[~runs["status"].isin(UNFINISHED)].reindex(columns=list(OF_RUN)).merge(cells, on="cell")
@@ -108,7 +108,7 @@ def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Con
 
 
 def cells_frame(plan: Plan) -> pd.DataFrame:
-    """Label, instance, price of a Jacobian and budget of each cell. `SettingError` where a label has several cells of one
+    """Label, instance, price of a Jacobian and budget of each cell. `SettingError` if a label has several cells of one
     instance and seed."""
     frame = pd.DataFrame(
         {

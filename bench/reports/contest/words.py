@@ -72,7 +72,7 @@ def sentences(contest: Contest, board: pd.DataFrame, pairs: pd.DataFrame, tests:
         )
     if len(contest.methods) == 1:
         findings = [
-            f"one method alone, {contest.methods[0]}: nothing to rank; merge its folder with that of others (docs/export.md)"
+            f"one method alone, {contest.methods[0]}: nothing to rank; merge its folder with others (docs/merge_export.md)"
         ]
     return [*findings, *_fastest(contest, board), *_of_set(contest), *_of_failures(contest), *contest.notes]
 
@@ -101,8 +101,8 @@ def _apart(best: str, pairs: pd.DataFrame) -> str:
     others = [other if method == best else method for method, other in alike[["method", "other"]].to_numpy()]
     instances = int(mine[["better", "worse", "alike"]].iloc[0].sum())
     if not others:
-        return f"all others are told apart from it (Wilcoxon's test with Holm's correction, {100 * LEVEL:g} %)"
-    sentence = f"not told apart from it (Wilcoxon, Holm, {100 * LEVEL:g} %): {_listed(others)}"
+        return f"all others are distinguished from it (Wilcoxon's test with Holm's correction, {100 * LEVEL:g} %)"
+    sentence = f"not distinguished from it (Wilcoxon, Holm, {100 * LEVEL:g} %): {_listed(others)}"
     if least := _too_few(instances, len(pairs)):
         sentence += f"; {instances} instances tell no pair of {len(pairs)} apart, {least} could"
     return sentence
@@ -155,7 +155,7 @@ def _of_set(contest: Contest) -> list[str]:
         return []
     if counts.get("open", 0):
         both = f"{counts.get('open', 0)} open, {counts.get('held back', 0)} held back"
-        return [f"these are instances of the open set ({both}): the final ranking is that of the held-back set alone"]
+        return [f"these are instances of the open set ({both}): the final ranking uses the held-back set only"]
     return ["all instances are of the held-back set: this is the final ranking"]
 
 

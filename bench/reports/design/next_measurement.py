@@ -40,7 +40,7 @@ class Next:
 
 def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | None:
     """What follows from a recommended run, as `measurement.runs` has it, to the data of a cell whose results lie in `output`;
-    None where nothing is recommended, or the data come from a source that is not known here."""
+    None if nothing is recommended, or the data come from a source that is not known here."""
     source = cell.settings["measurement"]
     if not run or (len(plan.cells) > 1 and "label" in plan.axes):  # a label stands for settings that no command has
         return None

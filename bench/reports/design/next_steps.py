@@ -14,7 +14,7 @@ from ksmea.errors import visible
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identification import IdentificationRecord, LackOfFit
 
-KEPT = ("problem", "measurement", "plugins", "seed")  # groups of settings that say which rotor and data
+KEPT = ("problem", "measurement", "plugins", "seed", "units")  # groups of settings that say which rotor and data
 MEASURED = ("file", "campaign")
 
 

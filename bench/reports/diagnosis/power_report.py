@@ -67,7 +67,7 @@ def about(with_effect: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) ->
         f"{len(seconds)} of {len(runs)} runs have a result, {len(right)} of them of right models; tables by effect and kind count draws that"
         f" are expected to leave a deviance of {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. Where a limit or the loss of"
         " stability comes first, the size is the largest possible one, which leaves less, and fewer are detected. A data set takes"
-        f" {seconds.median():.1f} s of a core in the median, {seconds.quantile(0.9):.1f} s at most for nine of ten."
+        f" {seconds.median():.1f} CPU seconds (median), {seconds.quantile(0.9):.1f} s at most for nine of ten."
     )
 
 
@@ -102,7 +102,7 @@ def in_words(counts: pd.DataFrame) -> pd.DataFrame:
 
 
 def alarms_in_words(right: pd.DataFrame) -> pd.DataFrame:
-    """False alarms as a table for people; empty where no run hides nothing."""
+    """False alarms as a table for people; empty if no run hides nothing."""
     if right.empty:
         return pd.DataFrame()
     found = false_alarms(right)

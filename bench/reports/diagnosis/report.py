@@ -3,6 +3,7 @@ often each verdict was reached and whether what was hidden was found."""
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections import Counter
 from collections.abc import Container, Mapping, Sequence
@@ -22,7 +23,7 @@ from bench.plan.report import Made, Report
 from bench.reports.by_cell import hidden_by_cell, hidden_paragraph, only_result, result_runs
 from bench.reports.design.next_measurement import CAMPAIGN_FILE, Next, from_here, next_measurement
 from bench.reports.design.next_steps import after_diagnosis
-from bench.reports.diagnosis.page import EFFECTS, LOCATION, RESIDUALS, diagnosis_page
+from bench.reports.diagnosis.page import PICTURES, diagnosis_page, pictures_of
 from bench.reports.diagnosis.power_page import diagnoses_page
 from bench.reports.fleet.report import fleet_report
 from bench.reports.fleet.rows import diagnosed
@@ -42,7 +43,7 @@ CLEARLY_VISIBLE = 60.0  # deviance drop that the true model makes
 SHORT = 1.0  # of a deviance drop that misses this much of it
 COLLINEAR = 0.95  # collinearity from which two effects count as one
 EXTENDED_FILE = "extended.yaml"
-OF_ONE_RUN = ("diagnosis.json", EXTENDED_FILE, CAMPAIGN_FILE, RESIDUALS, EFFECTS, LOCATION)
+OF_ONE_RUN = ("diagnosis.json", EXTENDED_FILE, CAMPAIGN_FILE, *PICTURES)
 OF_THE_BENCH = ("curves", "hidden", "hidden_deviance_drop")  # fields that are no part of what was found
 
 
@@ -71,17 +72,14 @@ class DiagnosisReport(Report):
                 page=lambda: diagnoses_page(plan, text_of_all, summary(plan, runs), runs),
             )
         cell, record = found
+        record = dataclasses.replace(record, notation=record.notation.with_words(plan.units))
         following = next_measurement(plan, cell, record.split.run if record.split else "", output)
         files["diagnosis.json"] = (json.dumps(public(record, following), indent=1) + "\n").encode()
         chosen, settings = cell.chosen("problem"), cell.settings["problem"]
         if text_of_extension := extended_yaml(chosen, settings, record, about_extension(record)):
             files[EXTENDED_FILE] = text_of_extension.encode()
         files |= following.files if following else {}
-        shown = {
-            RESIDUALS,
-            *([EFFECTS] if record.ranking else []),
-            *([LOCATION] if record.location is not None else []),
-        }
+        shown = pictures_of(record)
         extended = from_here(output / EXTENDED_FILE) if EXTENDED_FILE in files else None
         next_blocks = list(after_diagnosis(plan, cell, record, following, extended))
         written = f"written: {', '.join(name for name in files if not name.endswith('.csv'))}"

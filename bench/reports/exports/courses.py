@@ -85,7 +85,7 @@ def grouped(courses: Iterable[Course], *names: str) -> list[tuple[tuple[Any, ...
 
 
 def read_courses(plan: Plan, output: Path) -> Courses:
-    """The courses of the runs of a plan; `SettingError` where it is of another study, or has none."""
+    """The courses of the runs of a plan; `SettingError` if it is of another study, or has none."""
     if {*record_types(plan).values()} - {IdentificationRecord}:
         raise SettingError(
             f"{output}: expected identifications, got records of another study; export has no traces of those"

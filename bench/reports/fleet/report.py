@@ -74,7 +74,7 @@ def fleet_report(
 
 
 def values_frame(plan: Plan, found: Mapping[str, MachineRow]) -> pd.DataFrame:
-    """Tidy table: a row per file and unknown, in its unit; the ends of intervals are empty where open."""
+    """Tidy table: a row per file and unknown, in its unit; the ends of intervals are empty if open."""
     rows = [
         {**_place(plan, run), "name": name, **vars(value)}
         for run in plan.runs

@@ -79,7 +79,7 @@ def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
     for part in record.parameters:
         unknowns[part.name] = {"identified": part.shown}
         if (other := beside.get(part.name)) is not None:
-            unknowns[part.name]["beside what is unknown"] = other.shown
+            unknowns[part.name]["with an unknown force"] = other.shown
     truth = {part.name: part.in_unit(part.true) for part in record.parameters}
     if any(each.has_interval for of in unknowns.values() for each in of.values()):
         yield Drawn(

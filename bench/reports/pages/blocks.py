@@ -6,15 +6,15 @@ import base64
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import count
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from bench.plan.page import Block, Command, Control, Drawn, Folded, Grid, Orbits, Picture, Plot, Prose, Table
-from bench.reports.pages.prose import prose_html, safe, table_html
+from bench.plan.page import Block, Command, Control, Drawn, Folded, Grid, Numbers, Orbits, Picture, Plot, Prose, Steps, Table
+from bench.reports.pages.prose import prose_html, safe, table_html, unbroken
 from ksmea.errors import shortened, visible
 from ksmea.show.charts import interactive
 from ksmea.show.text import number
@@ -29,9 +29,10 @@ NONE = "–"  # in place of a value that is not there
 class Blocks:
     """Writes blocks one after the other, each plot under a name of its own. `drawings` are the report's figures by name."""
 
-    def __init__(self, drawings: Mapping[str, bytes]) -> None:
+    def __init__(self, drawings: Mapping[str, bytes], numbers: Iterator[int] | None = None, *, is_folded: bool = False) -> None:
         self._drawings = drawings
-        self._number = count(1)
+        self._number = count(1) if numbers is None else numbers
+        self._is_folded = is_folded  # plots then have no picture in their place: it would weigh as much as all else
         self.has_plots = False
 
     def html(self, block: Block) -> str:
@@ -40,6 +41,10 @@ class Blocks:
                 return prose_html(block.text)
             case Command():
                 return _command(block)
+            case Numbers():
+                return _numbers(block)
+            case Steps():
+                return f"<ol>{''.join(f'<li>{self.html(step)}</li>' for step in block.steps)}</ol>"
             case Table():
                 return _table(block)
             case Plot():
@@ -57,9 +62,12 @@ class Blocks:
             case Picture():
                 return self._picture(block)
             case Grid():
-                return f'<div class="grid">{"".join(map(self.html, block.plots))}</div>'
+                kind = "grid wide" if block.is_wide else "grid"
+                return f'<div class="{kind}">{"".join(map(self.html, block.plots))}</div>'
             case Folded():
-                inside = "".join(map(self.html, block.blocks))
+                within = Blocks(self._drawings, self._number, is_folded=True)
+                inside = "".join(map(within.html, block.blocks))
+                self.has_plots |= within.has_plots
                 return f"<details><summary>{safe(block.title)}</summary>{inside}</details>"
 
     def _plot(self, plot: Plot) -> str:
@@ -85,7 +93,7 @@ class Blocks:
     ) -> str:
         self.has_plots = True
         name = f"{plot_type}-{next(self._number)}"
-        instead = self._image(still, alternative) if still in self._drawings else ""
+        instead = self._image(still, alternative) if still in self._drawings and not self._is_folded else ""
         return (
             f'<figure class="plot" id="{name}" data-kind="{plot_type}"><h3>{safe(title)}</h3>'
             f'<div class="controls" hidden>{controls}</div>'
@@ -175,6 +183,11 @@ def _command(command: Command) -> str:
     about = f"<p>{safe(command.about)}</p>" if command.about else ""
     copy = '<button type="button" data-do="copy" hidden>Copy</button>'
     return f'{about}<div class="command"><code>{safe(command.words)}</code>{copy}</div>'
+
+
+def _numbers(numbers: Numbers) -> str:
+    items = "".join(f"<div><b>{unbroken(safe(value))}</b><span>{safe(said)}</span></div>" for value, said in numbers.items)
+    return f'<div class="numbers">{items}</div>' if items else ""
 
 
 def _table(table: Table) -> str:

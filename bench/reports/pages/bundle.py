@@ -47,5 +47,5 @@ def _library() -> bytes:
     """The file of the package, which is found without importing it."""
     found = find_spec("plotly")
     if found is None or found.origin is None:
-        raise SettingError("pages: expected the package plotly, found none; install what pyproject.toml asks for")
+        raise SettingError("pages: expected the package plotly, found none; install the dependencies of pyproject.toml")
     return (Path(found.origin).parent / "package_data" / "plotly.min.js").read_bytes()

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from html import unescape
 from typing import Any
 
-from bench.plan.page import Section
+from bench.plan.page import Page, Section
 from bench.reports.pages import bundle
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.prose import safe, unbroken
@@ -20,13 +20,15 @@ _FACTS = re.compile(rf'<meta name="{FACTS}" content="([^"]*)">')
 
 
 def document(
-    title: str, headline: str, sections: Sequence[Section], facts: Mapping[str, Any], drawings: Mapping[str, bytes]
+    title: str, page: Page, sections: Sequence[Section], facts: Mapping[str, Any], drawings: Mapping[str, bytes]
 ) -> bytes:
-    """The page. `facts` are what an index tells of it, `drawings` the figures that sections name."""
+    """The page under its finding, or without one under a title. `facts` are what an index shows of it, `drawings` the figures that
+    sections name."""
     blocks = Blocks(drawings)
     body = "".join(_section(number, section, blocks) for number, section in enumerate(sections, start=1))
     links = "".join(
         f'<li><a href="#part-{number}">{safe(each.title)}</a></li>' for number, each in enumerate(sections, 1)
+        if each.title
     )
     script, style = bundle.asset("page.js"), bundle.asset("page.css")
     plots = f'<script type="text/plain" id="plotly">{bundle.packed()}</script>' if blocks.has_plots else ""
@@ -38,13 +40,13 @@ def document(
         f'<meta http-equiv="Content-Security-Policy" content="{safe(policy)}">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>{safe(title)}</title>'
         f"<style>{style}</style></head>\n"
-        f"<body><header><h1>{safe(title)}</h1>{_headline(headline)}{navigation}</header>\n<main>{body}</main>\n"
+        f"<body><header>{_header(title, page)}{navigation}</header>\n<main>{body}</main>\n"
         f"{plots}<script>{script}</script></body></html>\n"
     ).encode()
 
 
 def facts_of(beginning: str) -> dict[str, Any] | None:
-    """The facts of a page, of which these are the first characters; None where it is no page of this project."""
+    """The facts of a page, of which these are the first characters; None if it is no page of this project."""
     found = _FACTS.search(beginning)
     if found is None:
         return None
@@ -59,10 +61,16 @@ def _attribute(facts: Mapping[str, Any]) -> str:
     return safe(json.dumps(facts))
 
 
-def _headline(text: str) -> str:
-    return f'<p class="headline">{unbroken(safe(text[:1].upper() + text[1:]))}</p>' if text else ""
+def _header(title: str, page: Page) -> str:
+    """Of which experiment and data, and below it the finding."""
+    if not page.headline:
+        return f"<h1>{safe(title)}</h1>"
+    about = " · ".join(filter(None, [title, page.about]))
+    finding = page.headline[:1].upper() + page.headline[1:]
+    return f'<p class="about">{safe(about)}</p><h1>{unbroken(safe(finding))}</h1>'
 
 
 def _section(number: int, section: Section, blocks: Blocks) -> str:
     inside = "".join(map(blocks.html, section.blocks))
-    return f'<section id="part-{number}"><h2>{safe(section.title)}</h2>{inside}</section>\n'
+    heading = f"<h2>{safe(section.title)}</h2>" if section.title else ""
+    return f'<section id="part-{number}">{heading}{inside}</section>\n'

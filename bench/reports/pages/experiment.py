@@ -29,7 +29,7 @@ def experiment_page(
     sections += [runs_section(made.runs)] if len(plan.runs) else []
     sections += [settings_section(plan)] if plan.cells else []
     sections.append(made_by_section(plan, files))
-    return document(heading(plan), page.headline, sections, facts(plan, made, page, when), drawings)
+    return document(heading(plan), page, sections, facts(plan, made, page, when), drawings)
 
 
 def heading(plan: Plan) -> str:

@@ -38,7 +38,7 @@ def write_index_above(output: Path) -> None:
 
 
 def write_index(folder: Path) -> Path:
-    """Write the index of a folder; `SettingError` where a page of another kind stands there."""
+    """Write the index of a folder; `SettingError` if a page of another kind stands there."""
     path = folder / PAGE
     if path.exists() and not _is_index(path):
         raise SettingError(f"{path}: expected an index of results or none, found another page; move it away")
@@ -78,7 +78,7 @@ INDEX = json.dumps({"index": True})  # the facts of an index itself
 
 
 def page_facts(folder: Path) -> Mapping[str, Any]:
-    """What the page of an experiment says it is about; where there is none, what the plan's first line says."""
+    """What the page of an experiment says it is about; if there is none, what the plan's first line says."""
     page = folder / PAGE
     found = facts_of(_beginning(page)) if page.is_file() else None
     if found is not None and "index" not in found:

@@ -53,7 +53,7 @@ _NOT_PLACE = ("cell", "seed", "status", "error")
 
 
 def _is_place(column: pd.Series) -> bool:
-    """Whether a column of runs.csv says where a run stands: it is filled where there is no result."""
+    """Whether a column of runs.csv says where a run stands: it is filled if there is no result."""
     return bool(column.notna().all() and (column.astype(str) != "").all())
 
 
@@ -105,8 +105,8 @@ def made_by_section(plan: Plan, files: Sequence[str]) -> Section:
     return Section(
         "Made by",
         (
-            Command(command_line(plan.command), "The same again (finished runs are kept):"),
+            Command(command_line(plan.command), "To repeat it (finished runs are kept):"),
             Prose("\n".join(lines)),
-            Prose(f"Files beside this page: {', '.join(files)}"),
+            Prose(f"Files next to this page: {', '.join(files)}"),
         ),
     )

@@ -32,8 +32,8 @@ def inputs_chart(inputs: Sequence[InputRecord]) -> Chart:
     return one_panel(
         elements, Axis("change in stated standard deviations"), Axis(low=-0.7, high=len(seen) - 0.3, ticks=names, is_reversed=True),
         "Numbers known to a tolerance",
-        "Change of each number that the data see, with its standard deviation, in the standard deviations that the rotor file states;"
-        " dashed: those of the file.", height=ROW * len(seen) + 0.6, width=7.5,
+        "Change of each number that the data determine, with its standard deviation, in standard deviations of the rotor file;"
+        " dashed: one of them.", height=ROW * len(seen) + 0.6, width=7.5,
     )  # fmt: skip
 
 
@@ -57,7 +57,7 @@ def budget_chart(parameters: Sequence[ParameterRecord]) -> Chart:
     names = {float(at): name for at, (name, _) in enumerate(rows)}
     return one_panel(
         elements, Axis("share of the variance, %", low=0.0, high=100.0), Axis(low=-0.7, high=len(rows) - 0.3, ticks=names, is_reversed=True),
-        "Where the uncertainty comes from",
+        "Sources of uncertainty",
         "Shares of the variance of each unknown by noise and by numbers known to a tolerance: the largest says what to measure better.",
         height=ROW * len(rows) + 0.8, width=7.5,
     )  # fmt: skip

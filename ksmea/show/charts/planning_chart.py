@@ -151,5 +151,5 @@ def _shown(record: PlanningRecord, family: Family) -> Array:
 
 
 def _unplanned(record: PlanningRecord, family: Family) -> float | None:
-    """The reduction by as many data without a plan, %; None where it is not drawn."""
+    """The reduction by as many data without a plan, %; None if it is not drawn."""
     return family.steps[0].unplanned_reduction_pct if family.family in UNPLANNED and not _counts_prior(record) else None

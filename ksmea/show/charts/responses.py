@@ -1,9 +1,10 @@
-"""Measured and modelled response over speed, of whatever record, in the form that charts are made of."""
+"""Measured and modelled response over speed, of whatever record, in the form that charts are made of, and residuals of both models of
+a diagnosis in units of one law of noise."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -12,9 +13,10 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import cosines
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
-from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord
-from ksmea.show.charts.residuals import COMPONENTS, as_complex, components
-from ksmea.show.charts.residuals import residuals as residuals_of
+from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
+from ksmea.records.estimate import NoiseLevelRecord
+from ksmea.measurement.notation import Notation
+from ksmea.show.statements import PLAIN
 from ksmea.units import MICROMETRE, RPM
 
 LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
@@ -52,6 +54,7 @@ class Response:
     residuals: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     averaged: tuple[Array, Array] | None = None
     breaks: tuple[int, ...] = ()
+    notation: Notation = PLAIN
 
     def planes(self) -> dict[str, tuple[tuple[int, int], Array]]:
         """Two columns of each plane where two directions are measured, and the matrix (2, 2) that makes x and y of them."""
@@ -67,7 +70,7 @@ class Response:
 
 
 def _across(directions: Sequence[str]) -> tuple[str, str] | None:
-    """The two that are nearest to a right angle; None where all are parallel."""
+    """The two that are nearest to a right angle; None if all are parallel."""
     pairs = list(combinations(directions, 2))
     best = max(pairs, key=lambda pair: abs(np.linalg.det(_read_by(pair))), default=None)
     return best if best is not None and abs(np.linalg.det(_read_by(best))) > LEAST_ACROSS else None
@@ -83,7 +86,7 @@ def of_fit(fit: FitCurves, name: str = "fitted") -> Response:
     sd = None if fit.sd is None else as_array(fit.sd) / MICROMETRE / (np.sqrt(2) if fit.has_phase else 1)
     parts: dict[str, Array] = {}
     if fit.sd is not None:
-        of_channels = [residuals(fit, column) for column in range(len(fit.channels))]
+        of_channels = [residuals_of_fit(fit, column) for column in range(len(fit.channels))]
         names = COMPONENTS if fit.has_phase else ("amplitude",)
         parts = {part: np.stack(columns, axis=1) for part, columns in zip(names, zip(*of_channels))}
     return Response(
@@ -123,7 +126,7 @@ def of_diagnosis(record: DiagnosisRecord) -> Response | None:
         curves=coarse | drawn,
         at_speeds=at_speeds,
         residuals={
-            f"model {when}": _parts(found, at_speeds[f"model {when}"]) for when, found in residuals_of(record).items()
+            f"model {when}": _parts(found, at_speeds[f"model {when}"]) for when, found in residuals(record).items()
         },
         averaged=_averaged(curves),
         breaks=curves.breaks,
@@ -163,7 +166,7 @@ def _averaged(curves: CurvesRecord) -> tuple[Array, Array] | None:
     return low, high
 
 
-def residuals(fit: FitCurves, index: int) -> list[Array]:
+def residuals_of_fit(fit: FitCurves, index: int) -> list[Array]:
     """Measured minus fitted in units of the noise, (n_speed,): of amplitudes one; of complex data the components along the
     fitted response and at right angles to it, whose standard deviations are both 1."""
     sd, measured, fitted = (as_array(each)[:, index] for each in (fit.sd, fit.measured.amplitude, fit.fitted.amplitude))
@@ -172,3 +175,57 @@ def residuals(fit: FitCurves, index: int) -> list[Array]:
     turn = as_array(fit.measured.phase)[:, index] - as_array(fit.fitted.phase)[:, index]
     scaled = np.sqrt(2) * (measured * np.exp(1j * turn) - fitted) / sd
     return [scaled.real, scaled.imag]
+
+
+def residuals(record: DiagnosisRecord) -> dict[str, Array | ComplexArray]:
+    """Measured minus modelled (n_speed, n_channel) in units of the noise, 'before' and, with an extended model, 'after'.
+
+    An estimated noise takes up what a model does not explain: in units of its own, a wrong model leaves about as much as a
+    right one. Both are therefore in units of the noise that the extended model leaves, s² = (relative · |response|)² + floor²
+    at the response of each. A noise that is known has one law already.
+    """
+    curves = record.curves
+    if curves is None:
+        return {}
+    before, after = as_complex(curves.residuals.before), curves.residuals.after
+    if after is None:
+        return {"before": before}
+    if not record.noise.known and record.noise.after is not None:
+        size = np.abs(as_complex(curves.responses.before))
+        before = before * (_sd(record.noise.before, size, curves) / _sd(record.noise.after, size, curves))
+    return {"before": before, "after": as_complex(after)}
+
+
+def as_complex(values: Values) -> Array | ComplexArray:
+    """Numbers of a record (n_speed, n_channel): complex of pairs, real ones as they are."""
+    parts = np.array(values, dtype=float)
+    return parts[..., 0] + 1j * parts[..., 1] if parts.ndim == 3 else parts
+
+
+def _sd(level: NoiseLevelRecord, size: Array, curves: CurvesRecord) -> Array:
+    """Standard deviations of responses of this size (n_speed, n_channel), m."""
+    found = np.hypot(level.relative * size, level.floor)
+    if level.by_run:
+        for rows, (_, relative, floor) in zip(_rows(curves), level.by_run):
+            found[rows] = np.hypot(relative * size[rows], floor)
+    return found
+
+
+def _rows(curves: CurvesRecord) -> Iterator[slice]:
+    """The speeds of each run."""
+    starts = [0, *curves.breaks, len(curves.speed)]
+    yield from map(slice, starts, starts[1:])
+
+
+COMPONENTS = ("in phase", "in quadrature")  # with the fitted response
+
+
+def components(residual: Array | ComplexArray, fitted: Array | ComplexArray) -> tuple[Array, Array]:
+    """Components, each of unit variance, of residuals (measured − fitted) in units of the noise, whose variance is 1 in all.
+
+    >>> along, across = components(np.array([1.0j]), np.array([2.0j]))  # longer by the noise's σ, √2 of a component's
+    >>> along.round(3).tolist(), across.round(3).tolist()
+    ([1.414], [0.0])
+    """
+    turned = np.sqrt(2) * residual * np.exp(-1j * np.angle(fitted))
+    return turned.real, turned.imag

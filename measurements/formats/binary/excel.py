@@ -22,7 +22,7 @@ EXCEL = ZIP, OLD_EXCEL = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 
 
 def read_excel(content: bytes, path: str, sheet: str, headings: Sequence[str], most_rows: int = MAX_ROWS) -> Sheet:
-    """The table of a sheet; `SettingError` where openpyxl is not installed, there are several sheets and none is named, or the
+    """The table of a sheet; `SettingError` if openpyxl is not installed, there are several sheets and none is named, or the
     headings are nowhere."""
     with _book(content, path) as book:
         return _table(book, path, _chosen(book, sheet, path, headings, guessed_columns), list(headings), most_rows)

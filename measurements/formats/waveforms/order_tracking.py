@@ -61,7 +61,7 @@ class Tracked:
 def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, ...], revolutions: int = 1) -> Tracked:
     """Vectors of signals (n_sample, n_signal) at harmonics, from windows of `revolutions` turns between pulses (n_pulse,) s.
 
-    Raises `SettingError` where pulses are missing, samples too few, or a harmonic is not whole in a window.
+    Raises `SettingError` if pulses are missing, samples too few, or a harmonic is not whole in a window.
     """
     for harmonic in harmonics:
         if abs(harmonic * revolutions - round(harmonic * revolutions)) > 1e-9:
@@ -137,7 +137,7 @@ def _fitted(counts: Indices, harmonics: tuple[float, ...], revolutions: int) -> 
 
 
 def noise_of(values: ComplexArray) -> Array | None:
-    """Standard deviation (total) of vectors (n_window, …) by their second differences over neighbouring windows; None where
+    """Standard deviation (total) of vectors (n_window, …) by their second differences over neighbouring windows; None if
     these are too few."""
     if len(values) < FEWEST_WINDOWS:
         return None

@@ -162,7 +162,7 @@ def _gaps(found: Tracked) -> str:
 
 def _which_columns(content: bytes, answers: Answers) -> OpenQuestion:
     """The question which columns are what, as far as the file tells their headings."""
-    said = f"{answers.path}: expected to be told which column is the keyphasor and which are waveforms, got nothing; give columns"
+    said = f"{answers.path}: expected the columns of keyphasor and waveforms, got nothing; give columns"
     said += "=[time=heading,keyphasor=heading,signal.NAME=heading,…] (without time if a sampling rate is given; with speed=heading or none"
     said += " of the two if there is no keyphasor)"
     path = answers.path
@@ -221,7 +221,7 @@ def _sheet(content: bytes, answers: Answers, headings: Sequence[str]) -> Sheet:
 
 
 def _fast(content: bytes, path: str, headings: Sequence[str]) -> Sheet | None:
-    """A plain text of numbers below one line of headings in UTF-8, which most long records are; None where it is anything
+    """A plain text of numbers below one line of headings in UTF-8, which most long records are; None if it is anything
     else, which is read cell by cell."""
     head, _, body = content.partition(b"\n")
     if all(each.startswith("#") for each in headings):

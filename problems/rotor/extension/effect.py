@@ -23,20 +23,25 @@ from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
 from problems.rotor.extension.extended import ExtendedPhysics
 from problems.rotor.extension.hooks import RotorHooks
-from problems.rotor.extension.sizes import Size, drawn, drawn_either_side, drawn_vector  # noqa: F401 – for effects
+from problems.rotor.extension.sizes import Size, VectorSize, drawn, drawn_either_side, drawn_vector  # noqa: F401 – for effects
 from problems.rotor.finite_elements.bearing import STIFFNESSES
 from problems.rotor.finite_elements.data import SAME_PLACE
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget
 
 
+WHOLE_ROTOR, ALL_BEARINGS = "whole rotor", "all bearings"
+
+
 @dataclass(frozen=True)
 class RotorEffect(RotorHooks, Effect[RotorProblem]):
     """Base of effects on rotors; the fields of an effect say where it sits."""
 
+    extent: ClassVar[str] = WHOLE_ROTOR  # location of an effect without one place, in words
+
     def __str__(self) -> str:
         """Location of the effect, in words."""
-        return "whole rotor"
+        return self.extent
 
     @property
     def sizes(self) -> Sequence[Size]:
@@ -47,6 +52,11 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return tuple(parameter for size in self.sizes for parameter in size.parameters(problem))
+
+    def vectors(self) -> Sequence[str]:
+        if type(self).sizes is RotorEffect.sizes:
+            return ()
+        return [size.name for size in self.sizes if isinstance(size, VectorSize)]
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
         return np.concatenate([size.draw(problem, rng) for size in self.sizes])

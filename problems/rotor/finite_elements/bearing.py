@@ -53,7 +53,7 @@ class SpeedTable:
         if len(self.rows) != len(self.speed):
             raise SettingError(f"rows of a table: expected {len(self.speed)}, one for each speed, got {len(self.rows)}")
         if not np.all(np.abs(np.array(self.rows)) <= LARGEST):
-            raise SettingError("rows of a table: expected numbers, got one that is none")
+            raise SettingError("rows of a table: expected numbers, got a value that is not a number")
 
     def at(self, speed: Array) -> Array:
         """(n_speed, n_column) at speeds (n_speed,) rad/s."""

@@ -32,7 +32,7 @@ def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
     """Speeds up to `highest` (rad/s) at which a damped natural frequency equals the spin speed, rising, rad/s.
 
     The Campbell diagram is scanned at `n_scan` speeds; a frequency that crosses twice between two scanned speeds is
-    missed, so raise `n_scan` where two criticals of one curve lie close.
+    missed, so raise `n_scan` if two criticals of one curve lie close.
     """
     scanned = np.linspace(0.0, highest, n_scan + 1)[1:]
     if any(bearing.table is not None or bearing.pedestal is not None for bearing in rotor.supported):
@@ -103,7 +103,7 @@ def _lowest_modes(matrices: Matrices, highest: float) -> tuple[Matrices, Array]:
 
 
 def _corrected(whole: Matrices, low: Matrices, basis: Array, start: float) -> float | None:
-    """The crossing of the whole rotor next to that of its lowest modes; None where it is not found nearby."""
+    """The crossing of the whole rotor next to that of its lowest modes; None if it is not found nearby."""
     eigenvalues, vectors = scipy.linalg.eig(state_matrix(low, start))
     nearest = int(np.argmin(np.abs(eigenvalues.imag - start)))
     pair = Eigenpair(complex(eigenvalues[nearest]), basis @ vectors[: len(low.mass), nearest])
@@ -120,7 +120,7 @@ class Eigenpair:
 
 
 def _crossing(matrices_at: Callable[[float], Matrices], pair: Eigenpair | None, speed: float) -> float | None:
-    """The speed at which Im λ of one eigenpair equals it, by secants; None where they do not converge."""
+    """The speed at which Im λ of one eigenpair equals it, by secants; None if they do not converge."""
     before: tuple[float, float] | None = None  # speed and excess
     for _ in range(20):
         pair = _eigenpair(matrices_at(speed), speed, pair) if pair is not None else None

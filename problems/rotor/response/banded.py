@@ -6,6 +6,8 @@ of nodes and not with its third power. Column j of a matrix A is stored as row j
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.linalg.lapack import zgbsv, zgbtrf, zgbtrs
 
@@ -16,6 +18,18 @@ from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 HALF_BANDWIDTH = 2 * DOF_PER_NODE - 1
 DIAGONAL = 2 * HALF_BANDWIDTH  # behind as many places again, which the pivoting of gbsv fills
 WIDTH = DIAGONAL + HALF_BANDWIDTH + 1
+BLOCK = 2**18  # n_speed n_dof whose bands are in memory at once, 92 MB
+
+
+def blocks(n_speed: int, n_dof: int) -> Iterator[slice]:
+    """Parts of the speeds, one after the other, that keep memory small; whole for all but large models.
+
+    >>> list(blocks(1000, 1000))
+    [slice(0, 262, None), slice(262, 524, None), slice(524, 786, None), slice(786, 1000, None)]
+    """
+    size = max(1, BLOCK // n_dof)
+    for first in range(0, max(n_speed, 1), size):
+        yield slice(first, min(first + size, n_speed))
 
 
 def band_of(matrix: Array) -> Array:

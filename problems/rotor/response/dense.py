@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row
 from problems.rotor.finite_elements.bearing import Bearing
@@ -18,6 +19,9 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.response.links import condensed, read_housings
+
+MAX_WORK = 10**12  # n_speed n_dof³: some minutes
+BLOCK = 2**23  # entries of matrices in memory at once, 134 MB of each kind
 
 
 def dynamic_stiffness(matrices: Matrices, speed: Array, harmonic: float = 1.0) -> ComplexArray:
@@ -33,8 +37,22 @@ def dynamic_stiffness(matrices: Matrices, speed: Array, harmonic: float = 1.0) -
 
 
 def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> ComplexArray:
-    """Unbalance response of a rotor whose numbers are all given, (n_speed, n_channel) m. Housings on pedestals have degrees of freedom of
-    their own, after the ones of the shaft."""
+    """Unbalance response of a rotor whose numbers are all given, (n_speed, n_channel) m, block by block of the speeds. Housings on
+    pedestals have degrees of freedom of their own, after the ones of the shaft.
+
+    Raises `SettingError` for a rotor that would take many minutes."""
+    n_dof, n_speed = DOF_PER_NODE * len(rotor.node_positions), len(speed)
+    if n_speed > (most := max(1, MAX_WORK // n_dof**3)):
+        raise SettingError(
+            f"route: expected at most {most} speeds for a dense solve with {n_dof} degrees of freedom, got {n_speed}; take fewer"
+            " elements or speeds, or route=reduced"
+        )
+    size = max(1, BLOCK // n_dof**2)
+    parts = [_dense_response(rotor, speed[start : start + size], channels) for start in range(0, n_speed, size)]
+    return np.concatenate(parts) if parts else np.empty((0, len(channels)), dtype=complex)
+
+
+def _dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> ComplexArray:
     shaft, supported = assemble_free(rotor), rotor.supported
     n_dof = len(shaft.mass)
     housings = {index: n_dof + 2 * place for place, index in enumerate(_on_pedestals(rotor))}

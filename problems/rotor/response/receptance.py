@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,8 @@ from ksmea.measurement.channel import Channel
 from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
-from problems.rotor.response.banded import dynamic_stiffness_band, solve
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE
+from problems.rotor.response.banded import blocks, dynamic_stiffness_band, solve
 from problems.rotor.response.dense import channel_rows
 from problems.rotor.response.links import (
     PORTS_PER_LINK,
@@ -121,9 +123,37 @@ def reduce_rotor(
 
     `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, beside those of the unbalance planes; `rows` (n_row, n_dof)
     read the motion beside the channels. At a `harmonic` only its own channels read anything. The rotor is solved as the
-    chain that it is (`problems.rotor.response.banded`).
+    chain that it is (`problems.rotor.response.banded`), block by block of the speeds.
     """
     nominal = nominal_impedances(rotor, impedances, speed, harmonic)
+    receptance = np.concatenate(
+        [
+            _receptance(
+                rotor, impedances, nominal[:, part], speed[part], channels, _of(loads, part), _of(rows, part), harmonic
+            )
+            for part in blocks(len(speed), DOF_PER_NODE * len(rotor.node_positions))
+        ],
+        axis=2,
+    )
+    return Reduction(speed, impedances, nominal, receptance, harmonic)
+
+
+def _of(values: Any, part: slice) -> Any:
+    """The part of values over speed; rows (n_row, n_dof) hold at all speeds."""
+    return values if values is None or values.ndim == 2 else values[part]
+
+
+def _receptance(
+    rotor: Rotor,
+    impedances: tuple[Impedance, ...],
+    nominal: ComplexArray,
+    speed: Array,
+    channels: Sequence[Channel],
+    loads: ComplexArray | None,
+    rows: Array | None,
+    harmonic: float,
+) -> ComplexArray:
+    """`Reduction.receptance` at these speeds."""
     bearings = on_their_pedestals(rotor, impedances, nominal, speed, harmonic)
     free = assemble_free(rotor)
     stiffness = dynamic_stiffness_band(free, speed, harmonic)
@@ -143,7 +173,7 @@ def reduce_rotor(
     if not links.is_on_ground:
         beside = links.beside_shaft(len(channels))
         receptance[:, : beside.shape[1], : beside.shape[2]] += beside
-    return Reduction(speed, impedances, nominal, np.ascontiguousarray(np.moveaxis(receptance, 0, 2)), harmonic)
+    return np.ascontiguousarray(np.moveaxis(receptance, 0, 2))
 
 
 def _stacked(rows: Sequence[Array | ComplexArray], n_speed: int) -> Array | ComplexArray:

@@ -303,7 +303,7 @@ def rotor_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Rotor:
 
 
 def check_unknowns(rotor: Rotor, unknowns: Sequence[Unknown]) -> None:
-    """Raise `SettingError` where an unknown points at nothing, or two point at the same number."""
+    """Raise `SettingError` if an unknown points at nothing, or two point at the same number."""
     owner: dict[object, str] = {}
     for item in unknowns:
         name = item.parameter.name

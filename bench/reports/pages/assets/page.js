@@ -22,11 +22,16 @@
   const script = document.createElement("script");
   script.textContent = plotly;
   document.head.append(script);
-  for (const figure of figures) {
+  const waiting = new Set(figures); // what is folded has no width: it is drawn when it opens
+  const open = () => [...waiting].filter((figure) => !figure.closest("details:not([open])"));
+  const drawOpen = () => { for (const figure of open()) { waiting.delete(figure); draw(figure); } };
+  for (const figure of open()) {
+    waiting.delete(figure);
     draw(figure);
     await new Promise((next) => setTimeout(next)); // the page answers in between
   }
-  addEventListener("beforeprint", () => resize(PRINT_WIDTH));
+  for (const each of document.querySelectorAll("details")) each.addEventListener("toggle", drawOpen);
+  addEventListener("beforeprint", () => { drawOpen(); resize(PRINT_WIDTH); });
   addEventListener("afterprint", () => resize(null));
   document.documentElement.dataset.drawn = figures.length;
 

@@ -1,0 +1,207 @@
+"""Pictures of a diagnosis: response of the worst channel with and without the cause, polar plot or orbit, and noise of other causes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.measurement.notation import SPEEDS, Notation
+from ksmea.records.statement import ORBIT
+from ksmea.show import diagnosis_findings as findings
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, Words, broken, one_panel
+from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
+from ksmea.show.charts.responses import Response, of_diagnosis
+from ksmea.show.statements import PLAIN
+from ksmea.units import MICROMETRE, RPM
+
+N_SD = 2.0  # of the noise: the band of residuals
+LEAST_SIGMA = 3.0  # that the axis of residuals shows to both sides
+LEAST_APART = 0.25  # of the largest amplitude: numbers that are nearer hide each other
+LABELLED = 6  # speeds with a number in a polar plot
+BEYOND = 1.2  # times the largest measured amplitude: where curves of a polar plot end
+FULL_TURN = np.linspace(0, 2 * np.pi, 121)
+N_RING = 3  # circles of a polar plot
+MOST_OTHERS = 8  # causes that the picture of noise shows
+ROW = 0.32  # inches of each
+GIVEN, WITH_CAUSE = "as given", "with the cause"
+NAMES = {"model before": GIVEN, "model after": WITH_CAUSE}
+STYLES = {GIVEN: (BEFORE, "dash"), WITH_CAUSE: (AFTER, "solid")}
+SYMBOLS = ("circle", "x")
+
+
+def worst_channel(record: DiagnosisRecord, response: Response) -> int:
+    """The channel in which most of the misfit of the model as given sits."""
+    name = record.lack_of_fit.before.channel
+    return response.channels.index(name) if name in response.channels else 0
+
+
+def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart | None:
+    """Amplitude of the worst channel over speed, measured and by both models; below it what the accepted model leaves, in σ."""
+    response = of_diagnosis(record)
+    if response is None:
+        return None
+    column = worst_channel(record, response)
+    scale = notation.vibration(MICROMETRE)
+    x = Axis(f"speed ({notation.speed})", group="speed")
+    elements: list[Element] = []
+    for model, curve in response.curves.items():
+        colour, dash = STYLES[NAMES[model]]
+        amplitude = broken(scale * np.abs(curve.values[:, column]), curve.breaks)
+        elements.append(Line(_speeds(broken(curve.speed, curve.breaks), notation), amplitude, dash, 1.4, name=NAMES[model], colour=colour))
+    measured = scale * np.abs(response.measured[:, column])
+    elements.append(Points(_speeds(response.speed, notation), measured, size=3.5, name="measured", colour=MEASURED))
+    name = notation.name(response.channels[column])
+    panels = [Panel(tuple(elements), x, Axis(f"{name}, {notation.unit}", "log"), height=2.6)]
+    accepted = next(reversed(tuple(response.residuals)), "")
+    if accepted:
+        parts = response.residuals[accepted]
+        panels.append(_residuals({part: left[:, column] for part, left in parts.items()}, response, x, notation))
+    left = f"; below: residuals {NAMES.get(accepted, '')} in σ of the noise, ± {N_SD:g} shaded" if accepted else ""
+    title = f"Largest misfit of the model as given: {findings.where(record.lack_of_fit.before, notation)}"
+    return Chart(title, f"Dots: measured{left}.", (tuple(panels),), width=6.5)
+
+
+def _residuals(parts: dict[str, Array], response: Response, x: Axis, notation: Notation) -> Panel:
+    most = max(LEAST_SIGMA, *(1.1 * float(np.max(np.abs(left))) for left in parts.values()))
+    elements: list[Element] = [Span(low=-N_SD, high=N_SD), Level(at=0.0, dash="solid", width=0.6)]
+    for (part, left), symbol in zip(parts.items(), SYMBOLS):
+        said = f"{{x:.0f}}: {{y:.2f}} σ ({part})"
+        elements.append(Points(_speeds(response.speed, notation), left, symbol, 3.0, colour=CONTEXT, said=said))
+    return Panel(tuple(elements), x, Axis("residual / σ", low=-most, high=most), height=1.1)
+
+
+def cause_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart | None:
+    """The picture that shows the cause best; None of amplitudes, which have no phase to draw."""
+    response = of_diagnosis(record)
+    if response is None or not response.has_phase:
+        return None
+    stated = [effect.statement for effect in record.applied if effect.statement is not None]
+    if stated and stated[0].picture == ORBIT and response.planes():
+        return orbit_chart(record, response, notation)
+    return polar_chart(record, response, notation)
+
+
+def polar_chart(record: DiagnosisRecord, response: Response, notation: Notation) -> Chart:
+    """The response of the worst channel in the complex plane, with speeds at some points; lead counts anticlockwise."""
+    column, scale = worst_channel(record, response), notation.vibration(MICROMETRE)
+    measured = scale * response.measured[:, column]
+    reach = float(np.max(np.abs(measured)))
+    elements = list(_rings(reach))
+    for model, curve in response.curves.items():
+        colour, dash = STYLES[NAMES[model]]
+        values = scale * curve.values[:, column]
+        values = np.where(np.abs(values) <= BEYOND * reach, values, np.nan)
+        re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
+        elements.append(Line(re, im, dash, 1.4, name=NAMES[model], colour=colour))
+    said = [f"{each:.0f} {notation.speed}" for each in _speeds(response.speed, notation)]
+    elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
+    for at in _labelled(measured):
+        away = measured[at] / max(abs(measured[at]), 1e-12)
+        offset = (9.0 * away.real, 9.0 * away.imag)
+        text = said[at].partition(" ")[0]
+        elements.append(Words(x=float(measured[at].real), y=float(measured[at].imag), text=text, offset=offset, has_ground=True))
+    name = notation.name(response.channels[column])
+    axis = Axis(low=-1.3 * reach, high=1.3 * reach, ticks={})
+    turning = "clockwise" if notation.phase == "lag" else "anticlockwise"
+    return one_panel(
+        elements, axis, axis, f"{name} in the complex plane",
+        f"{notation.unit}; 0° of phase to the right, {notation.phase} {turning}; numbers: speed in {notation.speed}.",
+        height=3.7, is_to_scale=True, width=4.6,
+    )  # fmt: skip
+
+
+def orbit_chart(record: DiagnosisRecord, response: Response, notation: Notation) -> Chart:
+    """The orbit of the plane with the largest misfit of the model as given, at the speed of that misfit."""
+    scale = notation.vibration(MICROMETRE)
+    found: tuple[float, str, int] | None = None
+    given = response.at_speeds["model before"]
+    for place, (columns, to_xy) in response.planes().items():
+        misfit = np.linalg.norm((response.measured - given)[:, list(columns)] @ to_xy.T, axis=1)
+        at = int(np.argmax(misfit))
+        found = max(found or (-1.0, "", 0), (float(misfit[at]), place, at))
+    assert found is not None, "a response without planes"
+    _, place, at = found
+    columns, to_xy = response.planes()[place]
+    elements: list[Element] = []
+    for name, values in {"measured": response.measured, **{NAMES[m]: v for m, v in response.at_speeds.items()}}.items():
+        x, y = _orbit(scale * to_xy @ values[at, list(columns)])
+        colour, dash = STYLES.get(name, (MEASURED, "dot"))
+        width = 2.4 if name == "measured" else 1.4
+        elements.append(Line(x, y, dash, width, name=name, colour=colour))
+        elements.append(Points([x[0]], [y[0]], size=5.0, colour=colour, said="phase mark"))
+    speed = f"{_speeds(response.speed, notation)[at]:.0f} {notation.speed}"
+    return one_panel(
+        elements, Axis(f"x, {notation.unit}"), Axis(f"y, {notation.unit}"), f"Orbit at {place}, {speed}",
+        "Path of the shaft at the speed of the largest misfit; dots: at the phase mark.", height=3.7, is_to_scale=True, width=4.6,
+    )  # fmt: skip
+
+
+def others_chart(record: DiagnosisRecord) -> Chart | None:
+    """Noise that each explanation of the data needs, as a multiple of what the best one needs."""
+    others = findings.others(record)[:MOST_OTHERS]
+    given = findings.as_given(record)
+    if not others or given is None:
+        return None
+    best = " with ".join(_words(record))
+    rows = [(best, 1.0, MODEL, "circle")]
+    rows += [(each.words, each.multiple, ALIKE if each.is_near else CONTEXT, "circle") for each in others]
+    rows.append(("model as given", given, BEFORE, "diamond"))
+    elements: list[Element] = [
+        Points([multiple], [float(at)], symbol, 7.0, colour=colour, said=f"{name}: {multiple:.3g} times the noise")
+        for at, (name, multiple, colour, symbol) in enumerate(rows)
+    ]
+    elements += [
+        Words(x=multiple, y=float(at), text=f"{findings.TIMES} {multiple:.3g}", offset=(8.0, 0.0), side="left", size=9.0)
+        for at, (_, multiple, _, _) in enumerate(rows)
+    ]
+    names = {float(at): name for at, (name, *_) in enumerate(rows)}
+    most = max(multiple for _, multiple, _, _ in rows)
+    near = any(each.is_near for each in others)
+    title = "Explains the data about as well" if near else "Nothing else explains the data"
+    return one_panel(
+        elements, Axis("noise needed, as a multiple of the best", "log", low=0.9, high=2.2 * max(most, 1.2)),
+        Axis(low=-0.6, high=len(rows) - 0.4, ticks=names, is_reversed=True), title,
+        "Each cause at its best location, fitted with all unknowns.", height=ROW * len(rows) + 0.3, width=6.5,
+    )  # fmt: skip
+
+
+def _words(record: DiagnosisRecord) -> Iterator[str]:
+    for effect in record.applied:
+        yield effect.statement.words if effect.statement is not None else effect.name.replace("_", " ")
+
+
+def _speeds(rpm: Array, notation: Notation) -> Array:
+    return np.asarray(rpm) * RPM / SPEEDS[notation.speed]
+
+
+def _rings(reach: float) -> Iterator[Element]:
+    """Circles at round radii, with their values, and the axes."""
+    raw = reach / N_RING
+    power = 10.0 ** np.floor(np.log10(raw))
+    step = power * next(each for each in (1, 2, 5, 10) if each * power >= 0.75 * raw)
+    for radius in np.arange(1, np.floor(reach / step) + 1) * step:
+        yield Line(radius * np.cos(FULL_TURN), radius * np.sin(FULL_TURN), width=0.5, colour=CONTEXT, opacity=0.6)
+        yield Words(x=0.0, y=-float(radius), text=f"{radius:g}", edge="top", offset=(0.0, -1.0))
+    yield Level(at=0.0, dash="solid", width=0.4, colour=CONTEXT)
+    yield Level(at=0.0, along="x", dash="solid", width=0.4, colour=CONTEXT)
+
+
+def _labelled(measured: ComplexArray) -> list[int]:
+    """Points that lie apart: each the one farthest from those before, the first speed and the largest amplitude first."""
+    chosen = [0, int(np.argmax(np.abs(measured)))]
+    least = LEAST_APART * float(np.max(np.abs(measured)))
+    while len(chosen) < min(LABELLED, len(measured)):
+        apart = np.min(np.abs(measured[:, None] - measured[None, chosen]), axis=1)
+        if apart.max() < least:
+            break
+        chosen.append(int(np.argmax(apart)))
+    return sorted(set(chosen))
+
+
+def _orbit(phasors: ComplexArray) -> tuple[Array, Array]:
+    """Path (x, y) over one turn of two phasors (2,)."""
+    moving = np.real(np.asarray(phasors)[:, None] * np.exp(1j * FULL_TURN))
+    return moving[0], moving[1]

@@ -1,0 +1,348 @@
+"""Findings of a diagnosis in words, as its text and its page say them: title, meaning, certainty, checks, and other explanations.
+
+Noise that an explanation needs, as a multiple of that of the best one, is exp(Δ/2n) if the noise is estimated, and √(1 + Δ/χ²) if it
+is known: Δ is the rise of the deviance above the best one, n the number of real data, and χ² the weighted sum of squares of the best
+one. Both are ratios of the rms residual; the likelihood of n data of one unknown variance is n ln s².
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord, Shown
+from ksmea.records.extension import EffectRecord
+from ksmea.measurement.notation import SPEEDS, Notation
+from ksmea.records.statement import StatementRecord
+from ksmea.show import statements
+from ksmea.show.diagnosis_tables import averaged_values
+from ksmea.show.location_words import in_short
+from ksmea.show.statements import PLAIN, UNSAID, half_width, rounded, with_unit
+from ksmea.show.text import number, two_digits
+from ksmea.units import MICROMETRE
+
+ADEQUATE, UNSEEN, LOCATED, UNKNOWN, AMBIGUOUS = "adequate", "not observable", "located", "unknown", "ambiguous"
+NEAR = 6.0  # ΔBIC within which two explanations cannot be distinguished (Kass & Raftery 1995)
+LEAST_FLOOR = 0.01 * MICROMETRE  # of noise that is said
+RESOLUTION = 4001  # simulated residuals of the lack-of-fit test, with the measured ones: its smallest p is one of them
+WHOLE = 3.0  # of a half-width: a speed has no decimals
+ALIKE = 2.0  # factor within which relative half-widths are said together
+TIMES, UP_TO = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
+LARGE_MOVE = 2.0  # from where on a move is said as a ratio
+MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
+
+
+@dataclass(frozen=True)
+class Other:
+    """An explanation that is not the best one, at its best location, and the noise that it needs relative to the best one."""
+
+    trial: TrialRecord
+    words: str
+    multiple: float
+    is_near: bool  # it cannot be distinguished from the best one
+
+
+def title(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
+    """The finding as a sentence, with size, angle and place."""
+    match record.verdict:
+        case "adequate":
+            return f"The model explains the data{_how_well(record)}"
+        case "not observable":
+            return "No evidence against the model, but these data would hardly show any"
+        case "located" if record.location is not None:
+            return f"Something that no known effect describes acts on the shaft: a {in_short(record.location)}"
+        case "ambiguous":
+            return f"{_either(record, notation)}: these data cannot distinguish them"
+        case "unknown":
+            return f"Something {where(record.lack_of_fit.before, notation)} is not in the model; no cause and no pair explains it"
+    return " and ".join(_said(effect, notation) for effect in record.applied)
+
+
+def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
+    """What the title means for the model, in one or two sentences."""
+    test = record.lack_of_fit
+    if record.verdict in (ADEQUATE, UNSEEN):
+        return f"The residuals are consistent with noise ({chance(test.before)}). The values below hold."
+    rejected = f"The model as given does not fit: its residuals are not noise ({chance(test.before)})"
+    if test.before.p >= test.level:
+        rejected = f"The residuals of the model as given could be noise ({chance(test.before)}), but the effect is significant"
+    if not record.is_explained:
+        return f"{rejected}. They are largest {where(test.before, notation)}. Its values below are those of a wrong model."
+    with_cause = "" if test.after is None else f" With {'it' if len(record.applied) == 1 else 'both'} the residuals are consistent with noise ({chance(test.after)})."
+    doubt = ""
+    if record.predictive_gain is not None and not record.predictive_gain.is_supported:
+        doubt = " Speeds that were left out do not confirm it: another run would."
+    return f"{rejected}.{with_cause}{doubt}"
+
+
+def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[tuple[str, str]]:
+    """How sure the finding is: at most four numbers, each with what it says."""
+    statement = record.applied[0].statement if record.is_explained and record.applied else None
+    if statement is not None and (ends := statements.intervals(statement, notation)):
+        yield ends, f"95 % interval of {'its size and angle' if '°' in ends else 'its size'}"
+    if record.is_explained and (found := others(record)):
+        least = min((each for each in found if each.trial.effect not in record.ambiguity_group), key=_multiple, default=None)
+        if least is not None:
+            count = len({trial.effect for trial in record.ranking}) - len(record.ambiguity_group)
+            yield f"{_times(least.multiple)} noise", f"is needed by the next of {count} other causes, {least.words}"
+    if (gain := record.predictive_gain) is not None and record.is_explained:
+        yield f"{gain.n_better} of {len(gain.by_block)}", "left-out blocks of speeds are predicted better with it"
+    if record.verdict in (ADEQUATE, UNSEEN) and (seen := list(record.min_detectable.values())):
+        shown = sum(any(part.observable for part in parts) for parts in seen)
+        yield f"{shown} of {len(seen)}", "kinds of faults would have shown in these data"
+    quality = record.lack_of_fit.after if record.is_explained else record.lack_of_fit.before
+    if quality is not None:
+        level = record.noise.after if record.is_explained and record.noise.after is not None else record.noise.before
+        yield chance(quality), f"lack-of-fit test; noise {_noise(level, notation)}{'' if record.noise.known else ', estimated'}"
+
+
+def checks(record: DiagnosisRecord) -> list[str]:
+    """What to check on the machine, a sentence for each effect that is named or may be."""
+    effects = record.applied if record.verdict != AMBIGUOUS else [each.effects[0] for each in record.explanations[:2]]
+    stated = [effect.statement for effect in effects if effect.statement is not None] if record.is_explained else []
+    return list(dict.fromkeys(each.advice for each in stated if each.advice))
+
+
+def others(record: DiagnosisRecord) -> list[Other]:
+    """All effects but the named ones at their best locations, the least noise first; empty without curves or a cause."""
+    best = _best(record)
+    if best is None or record.curves is None:
+        return []
+    drop, bic = best
+    found: dict[str, Other] = {}
+    for trial in record.ranking:
+        if trial.effect not in record.named and trial.effect not in found:
+            near = bic - trial.delta_bic <= NEAR or trial.effect in record.ambiguity_group
+            multiple = _needed(record, drop - trial.deviance_drop)
+            found[trial.effect] = Other(trial, cause(trial), multiple, near)
+    return sorted(found.values(), key=_multiple)
+
+
+def as_given(record: DiagnosisRecord) -> float | None:
+    """The noise that the model as given needs, as a multiple of that of the best explanation; None without one."""
+    best = _best(record)
+    return None if best is None or record.curves is None else _needed(record, best[0])
+
+
+def look_alikes(record: DiagnosisRecord) -> Iterator[str]:
+    """Of effects that can look like the named one, whether these data rule them out; of those within reach what would separate them."""
+    if not record.is_explained:
+        return
+    by_name = {each.trial.effect: each for each in others(record)}
+    known = {name: by_name[name] for name in record.aliases if name in by_name}
+    ruled_out = [each for each in known.values() if not each.is_near]
+    if ruled_out:
+        said = ", ".join(f"{each.words} ({_times(each.multiple)} the noise)" for each in ruled_out)
+        yield f"Ruled out by these data, although it can look like it: {said}."
+    for name, each in known.items():
+        if each.is_near:
+            yield f"{_capital(each.words)} cannot be ruled out: {record.aliases[name]}."
+
+
+def file_line(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
+    """Data in a line: source, speeds, probes and units; '' without curves."""
+    curves = record.curves
+    if curves is None:
+        return record.source
+    unit = SPEEDS[notation.speed]
+    ends = " to ".join(with_unit(end / unit, notation.speed, WHOLE) for end in (min(curves.speed), max(curves.speed)))
+    phase = f", phase {notation.phase}" if _has_phase(curves) else ""
+    names = ", ".join(notation.name(each) for each in curves.channels)
+    parts = [record.source, f"{len(curves.speed)} speeds, {ends}", f"probes {names}", f"{notation.unit}{phase}"]
+    return " · ".join(filter(None, parts))
+
+
+def values(record: DiagnosisRecord) -> pd.DataFrame:
+    """Unknowns by the accepted model: value, interval, relative half-width, and how far the cause moved them. A rejected model has
+    values alone: intervals of a wrong model mislead."""
+    averaged = averaged_values(record)
+    rows = []
+    for row in record.coefficients:
+        if row.before is None:
+            continue
+        accepted = averaged.get(row.name) if averaged else row.after if record.is_explained else row.before
+        accepted = accepted or row.before
+        own = {"": row.name, "value": "", "95 %": "", "±": ""}
+        if record.verdict in (LOCATED, UNKNOWN) or (record.is_explained and row.after is None):
+            rows.append(own | {"value": number(accepted.value), "unit": accepted.unit, "95 %": "wrong model"})
+            continue
+        value, interval, relative = _in_columns(accepted.shown)
+        own |= {"value": value, "95 %": interval, "±": relative, "unit": accepted.unit}
+        if record.is_explained:
+            own["moved by the cause"] = _moved(row.before, accepted)
+        rows.append(own)
+    frame = pd.DataFrame(rows)
+    return frame if frame.empty or record.verdict not in (LOCATED, UNKNOWN) else frame.drop(columns="±")
+
+
+def where(quality: FitQualityRecord, notation: Notation = PLAIN) -> str:
+    """Where most of a misfit sits: 'at 3820–5730 rpm in x at 0.1 m'."""
+    low, high = (with_unit(end / SPEEDS[notation.speed], "", WHOLE) for end in quality.band)
+    return f"at {low}{UP_TO}{high} {notation.speed} in {notation.name(quality.channel)}"
+
+
+def chance(quality: FitQualityRecord) -> str:
+    """Its p: 'p = 0.31'; at the resolution of the simulation 'p ≤ 1/4001', with the statistic if it is alone there."""
+    if not math.isclose(quality.p * RESOLUTION, 1.0, rel_tol=1e-6):
+        return f"p = {two_digits(quality.p)}"
+    lowest = [name for name, p in quality.p_by_statistic.items() if p <= min(quality.p_by_statistic.values())]
+    return f"p ≤ 1/{RESOLUTION}" + (f", by {lowest[0]}" if len(lowest) == 1 else "")
+
+
+def cause(trial: TrialRecord) -> str:
+    """An effect with its location: 'unbalance at 1 m', 'rotor mass'."""
+    words = trial.words or trial.effect.replace("_", " ")
+    return words if trial.location == UNSAID else f"{words} {_at(trial.location)}"
+
+
+def verdict_line(record: DiagnosisRecord) -> str:
+    """The verdict and what it names or locates, for example 'Verdict: named – runout (at 0.1 m)', and whether left-out data
+    fail to confirm it."""
+    return f"{_verdict(record)}{_doubt(record)}"
+
+
+def _verdict(record: DiagnosisRecord) -> str:
+    if record.verdict == "located" and record.location is not None:
+        return f"Verdict: located – an unknown {in_short(record.location)}"
+    return f"Verdict: {record.verdict}" + (f" – {applied(record)}" if record.is_explained else "")
+
+
+def _doubt(record: DiagnosisRecord) -> str:
+    gain = record.predictive_gain
+    is_doubtful = record.is_explained and gain is not None and not gain.is_supported
+    return "; left-out data do not confirm it" if is_doubtful else ""
+
+
+def applied(record: DiagnosisRecord) -> str:
+    """The effects of the extended model with their locations."""
+    return " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
+
+
+def alike(record: DiagnosisRecord) -> tuple[str, ...]:
+    """The effects, or where these explain the data the pairs of them, that explain the data about as well."""
+    pairs = dict.fromkeys(each.label for each in record.explanations if len(each.effects) > 1)
+    return tuple(pairs) or record.ambiguity_group
+
+
+def _at(location: str) -> str:
+    return location if location.startswith("at ") else f"({location})"
+
+
+def _said(effect: EffectRecord, notation: Notation) -> str:
+    """The statement of an effect; of an older record its name and location."""
+    return statements.sentence(_stated(effect), notation)
+
+
+def _stated(effect: EffectRecord) -> StatementRecord:
+    if effect.statement is not None:
+        return effect.statement
+    words = effect.name.replace("_", " ")
+    return StatementRecord(words, f"{_capital(words)} {_at(effect.location)}", place=effect.location)
+
+
+def _either(record: DiagnosisRecord, notation: Notation) -> str:
+    """The explanations, each once and without its sizes: 'unbalance at 1 m or residual bow'."""
+    found: dict[str, str] = {}
+    for each in record.explanations:
+        stated = [_stated(effect) for effect in each.effects]
+        words = " with ".join(
+            one.words if one.place in ("", UNSAID) else f"{one.words} {_at(statements.place(one.place, notation))}"
+            for one in stated
+        )
+        found.setdefault(" with ".join(one.words for one in stated), words)
+    names = list(found.values()) or [name.replace("_", " ") for name in record.ambiguity_group]
+    if len(names) == 1:
+        places = " or ".join(statements.place(each, notation) for each in record.locations)
+        return _capital(f"{names[0]} ({places})")
+    return _capital(f"{', '.join(names[:-1])} or {names[-1]}")
+
+
+def _how_well(record: DiagnosisRecord) -> str:
+    """'; kxx and kyy are known to 0.1 %, cxx and cyy to 7 %'; '' where no interval is closed."""
+    widths = {
+        row.name: half / abs(row.before.value)
+        for row in record.coefficients
+        if row.before is not None and (half := half_width(row.before.shown)) is not None and row.before.value
+    }
+    groups: list[list[str]] = []
+    for name in sorted((each for each in widths if widths[each] < 1), key=widths.__getitem__):
+        if groups and widths[name] <= ALIKE * widths[groups[-1][0]]:
+            groups[-1].append(name)
+        else:
+            groups.append([name])
+    said = [f"{_listed(group)}{{}} to {number(100 * widths[group[-1]], 1)} %" for group in groups]
+    if not said:
+        return ""
+    verb = " is known" if len(groups[0]) == 1 else " are known"
+    return "; " + ", ".join([said[0].format(verb), *(each.format("") for each in said[1:])])
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _best(record: DiagnosisRecord) -> tuple[float, float] | None:
+    """Deviance drop and ΔBIC of the best explanation; None where nothing is explained."""
+    if record.explanations:
+        return record.explanations[0].deviance_drop, record.explanations[0].delta_bic
+    if record.is_explained and record.ranking:
+        return record.ranking[0].deviance_drop, record.ranking[0].delta_bic
+    return None
+
+
+def _needed(record: DiagnosisRecord, rise: float) -> float:
+    """Noise that an explanation needs, relative to the best one, whose deviance is lower by `rise`."""
+    curves, after = record.curves, record.lack_of_fit.after
+    assert curves is not None, "others() asks for curves"
+    n = len(curves.speed) * len(curves.channels) * (2 if _has_phase(curves) else 1)
+    if record.noise.known and after is not None:
+        return math.sqrt(1 + max(rise, 0.0) / (n * max(after.reduced_chi2, 1e-12)))
+    return math.exp(min(max(rise, 0.0) / (2 * n), math.log(MOST_MULTIPLE)))
+
+
+def _multiple(other: Other) -> float:
+    return other.multiple
+
+
+def _times(multiple: float) -> str:
+    return f"{TIMES} {'more than ' if multiple >= MOST_MULTIPLE else ''}{number(multiple, 2)}" if multiple >= 1.05 else f"{TIMES} {multiple:.2f}"
+
+
+def _noise(level: NoiseLevelRecord, notation: Notation) -> str:
+    """'6.2 % of each reading + 0.009 mil pp'."""
+    parts = [f"{two_digits(100 * level.relative)} % of each reading"] if level.relative else []
+    parts += [f"{two_digits(notation.vibration(level.floor))} {notation.unit}"] if level.floor > LEAST_FLOOR or not parts else []
+    return " + ".join(parts)
+
+
+def _in_columns(shown: Shown) -> tuple[str, str, str]:
+    """Value, interval and relative half-width: ('50.05', '± 0.05', '0.1 %'), or ('0.9', 'above 0.66', '')."""
+    half = half_width(shown)
+    if half is None:
+        return number(shown.value, 3), "not determined", ""
+    if np.isfinite([shown.low, shown.high]).all():
+        share = f"{number(100 * half / abs(shown.value), 2)} %" if shown.value else ""
+        return rounded(shown.value, half), f"± {rounded(half, half)}", share
+    word, end = ("above", shown.low) if np.isfinite(shown.low) else ("below", shown.high)
+    return rounded(shown.value, half), f"{word} {rounded(end, half)}", ""
+
+
+def _moved(before: EstimateRecord, accepted: EstimateRecord) -> str:
+    if not before.value:
+        return ""
+    ratio = accepted.value / before.value
+    moved = number(100 * (ratio - 1), 2, "+").replace("-", "−")
+    return f"{TIMES} {number(ratio, 2)}" if ratio > LARGE_MOVE else f"{moved} %"
+
+
+def _has_phase(curves: CurvesRecord) -> bool:
+    return isinstance(curves.responses.measured[0][0], tuple)
+
+
+def _capital(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"

@@ -1,0 +1,134 @@
+"""Findings of a diagnosis in words and pictures: title, certainty, other explanations, values; page and picture draw the same."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from bench.reports.diagnosis.page import MOST_STEPS, diagnosis_page, pictures_of
+from bench.plan.page import Command, Drawn, Grid, Numbers, Prose, Steps, Table
+from ksmea.measurement.notation import Notation
+from ksmea.records.statement import SizeRecord, StatementRecord
+from ksmea.show import diagnosis_findings as findings
+from ksmea.show.charts import interactive, picture
+from ksmea.show.charts.cause_charts import cause_chart, orbit_chart, others_chart, response_chart
+from ksmea.show.charts.chart import Line, Points
+from ksmea.show.charts.responses import of_diagnosis
+from tests.diagnosis.test_show import RECORD, ambiguous, changed
+
+SIZE = SizeRecord(12.8, 12.71, 12.89, "µm", 71.0, 0.4)
+STATED = StatementRecord("runout", "Runout of {runout:reading}, seen by {place:probes}", {"runout": SIZE}, "at 0.1 m", "Record a slow-roll vector.")
+OWN = Notation("mil", "pp", "lag", names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})
+NAMED = changed(applied=(dataclasses.replace(RECORD.applied[0], statement=STATED),))
+
+
+def test_the_title_is_the_finding_in_the_notation_of_the_data():
+    """12.8 µm 0-peak are 25.6 µm pp, 1.008 mil pp; a lead of 71° is a lag of 289°."""
+    assert findings.title(NAMED, OWN) == "Runout of 1.01 mil pp at 289° lag, seen by 3X and 3Y"
+    assert findings.file_line(NAMED, OWN).endswith("12 speeds, 1910 rpm to 14\u2009324 rpm · probes 3X, 3Y · mil pp, phase lag")
+
+
+def test_the_title_of_each_verdict_is_a_sentence_without_code_words():
+    records = [changed(verdict=each) for each in ("adequate", "not observable", "unknown")]
+    for record in [*records, ambiguous(), RECORD]:
+        said = findings.title(record)
+        assert said[0].isupper() and "_" not in said and "Verdict" not in said
+    assert findings.title(ambiguous()) == "Runout at 0.1 m or mass: these data cannot distinguish them"
+
+
+def test_certainty_has_at_most_four_numbers():
+    said = dict(findings.certainty(NAMED))
+    assert list(said) == ["± 0.09 µm 0-peak, ± 0.4°", "× 57 noise", "6 of 6", "p = 0.99"]
+    for verdict in ("adequate", "unknown", "not observable"):
+        assert len(list(findings.certainty(changed(verdict=verdict)))) <= 4
+
+
+def test_the_noise_that_a_cause_needs_is_a_ratio_of_rms_residuals():
+    """Estimated: the deviance of n data is n ln s². Known: it is χ², of which the best one leaves n times its reduced χ²."""
+    [other] = findings.others(RECORD)
+    rise = RECORD.ranking[0].deviance_drop - other.trial.deviance_drop
+    n = 2 * len(RECORD.curves.speed) * len(RECORD.curves.channels)
+    known = np.sqrt(1 + rise / (n * RECORD.lack_of_fit.after.reduced_chi2))
+    assert RECORD.noise.known and other.multiple == pytest.approx(known)
+    near = dataclasses.replace(RECORD.ranking[1], deviance_drop=RECORD.ranking[0].deviance_drop - 2 * n * np.log(1.5))
+    estimated = changed(noise=dataclasses.replace(RECORD.noise, known=False), ranking=(RECORD.ranking[0], near))
+    assert findings.others(estimated)[0].multiple == pytest.approx(1.5)
+
+
+def test_a_p_at_the_resolution_of_the_simulation_is_said_as_such():
+    """A statistic is named only if it is alone there."""
+    before = RECORD.lack_of_fit.before
+    lowest = dataclasses.replace(before, p=1 / 4001, p_by_statistic={"χ²": 5e-5, "largest residual": 5e-5})
+    assert findings.chance(lowest) == "p ≤ 1/4001"
+    alone = dataclasses.replace(lowest, p_by_statistic={"χ²": 5e-5, "largest residual": 0.2})
+    assert findings.chance(alone) == "p ≤ 1/4001, by χ²"
+    assert findings.chance(dataclasses.replace(before, p=0.312)) == "p = 0.31"
+
+
+def test_a_rejected_model_has_no_intervals():
+    table = findings.values(changed(verdict="unknown"))
+    assert set(table["95 %"]) == {"wrong model"} and "±" not in table
+    table = findings.values(RECORD).set_index("")
+    assert table.loc["kxx", "95 %"].startswith("± ") and table.loc["cxx", "95 %"].startswith("above")
+
+
+def test_look_alikes_out_of_reach_are_said_to_be_ruled_out():
+    record = changed(aliases={"mass": "weigh the rotor"})
+    assert list(findings.look_alikes(record)) == ["Ruled out by these data, although it can look like it: mass (× 57 the noise)."]
+    near = dataclasses.replace(ambiguous(), aliases={"mass": "weigh the rotor"}, named=("runout",))
+    assert list(findings.look_alikes(near)) == ["Mass cannot be ruled out: weigh the rotor."]
+
+
+def test_the_page_has_the_finding_four_numbers_two_pictures_and_three_steps_at_most():
+    commands = [Command(f"python -m bench {number}") for number in range(4)]
+    page = diagnosis_page(dataclasses.replace(NAMED, notation=OWN), commands)
+    assert page.headline == findings.title(NAMED, OWN)
+    blocks = [block for section in page.sections for block in section.blocks]
+    assert [len(each.items) for each in blocks if isinstance(each, Numbers)] == [4]
+    assert [len(each.plots) for each in blocks if isinstance(each, Grid)] == [2]
+    [steps] = [each.steps for each in blocks if isinstance(each, Steps)]
+    assert len(steps) == MOST_STEPS and steps[0] == Prose("Record a slow-roll vector.")
+    assert len([each for each in blocks if isinstance(each, Table)]) == 1  # all other tables are folded
+    assert pictures_of(NAMED) == {"finding.png", "cause.png", "effects.png", "residuals.png"}
+
+
+CHARTS = {
+    "response": lambda: response_chart(NAMED, OWN),
+    "polar": lambda: cause_chart(NAMED, OWN),
+    "orbit": lambda: orbit_chart(NAMED, of_diagnosis(NAMED), OWN),
+    "others": lambda: others_chart(NAMED),
+}
+
+
+@pytest.mark.parametrize("name", CHARTS)
+def test_page_and_picture_agree_in_data_scale_and_labels(name):
+    chart = CHARTS[name]()
+    shown, drawn = interactive.plot(chart), picture.figure(chart)
+    lines = [
+        (np.asarray(each.x, dtype=float), np.asarray(each.y, dtype=float))
+        for panel in chart.panels
+        for each in panel.elements
+        if isinstance(each, (Line, Points))
+    ]
+    traces = [(np.asarray(each["x"], float), np.asarray(each["y"], float)) for each in shown["data"] if each.get("mode") in ("lines", "markers")]
+    of_axes = [axes for axes in drawn.axes]
+    plotted = [(line.get_xdata(), line.get_ydata()) for axes in of_axes for line in axes.lines]
+    for x, y in lines:
+        for found in (traces, plotted):
+            assert any(len(a) == len(x) and np.allclose(a, x, equal_nan=True) and np.allclose(b, y, equal_nan=True) for a, b in found)
+    for number, (panel, axes) in enumerate(zip(chart.panels, of_axes), start=1):
+        end = "" if number == 1 else str(number)
+        for side in "xy":
+            scale = getattr(panel, side)
+            assert getattr(axes, f"get_{side}scale")() == scale.scale == shown["layout"][f"{side}axis{end}"]["type"]
+    assert drawn.get_suptitle() == chart.title
+
+
+def test_the_chart_of_the_response_is_in_the_unit_of_the_data():
+    chart = response_chart(NAMED, OWN)
+    measured = next(each for each in chart.panels[0].elements if isinstance(each, Points))
+    response = of_diagnosis(NAMED)
+    column = response.channels.index(RECORD.lack_of_fit.before.channel)
+    assert np.allclose(measured.y, np.abs(response.measured[:, column]) * 2 / 25.4)
+    assert chart.panels[0].y.label == "3X, mil pp"
+    assert isinstance(diagnosis_page(NAMED, ()).sections[1].blocks[0].plots[0], Drawn)

@@ -1,0 +1,77 @@
+"""Statements of effects: a sentence with size, angle and place in the reader's own notation."""
+
+from importlib.metadata import entry_points
+
+import numpy as np
+import pytest
+
+from ksmea.plugins import registry
+from ksmea.records.estimate import EstimateRecord
+from ksmea.measurement.notation import Notation
+from ksmea.records.statement import of_unknowns
+from ksmea.show.statements import intervals, sentence
+from problems.effects.runout import Runout
+from problems.effects.unequal_bearings import UnequalBearings
+from problems.three_disk import ThreeDisk
+
+NAMES = sorted(point.name for point in entry_points(group="ksmea.effects"))
+OWN = Notation("mil", "pp", "lag", names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})
+
+
+def estimated(name, value, half, unit):
+    return EstimateRecord(name, unit, value, value - half, value + half, "gauss-newton", False)
+
+
+def sizes(*estimates, correlation=0.0):
+    count = len(estimates)
+    matrix = np.full((count, count), correlation) + (1 - correlation) * np.eye(count)
+    return of_unknowns({each.name: each for each in estimates}, matrix)
+
+
+def test_a_runout_is_said_in_units_and_names_of_the_file():
+    """0.242 mil pp is 3.0734 µm 0-peak; a lag of 295° is a lead of 65°."""
+    length, lead = 0.242 * 25.4 / 2, np.radians(65)
+    found = Runout(position=0.1).statement(
+        sizes(
+            estimated("runout_x", length * np.cos(lead), 0.03, "µm"),
+            estimated("runout_y", length * np.sin(lead), 0.03, "µm"),
+        )
+    )
+    assert sentence(found, OWN) == "Runout of 0.242 mil pp at 295° lag, seen by 3X and 3Y"
+    assert sentence(found) == "Runout of 3.07 µm 0-peak at 65° lead, seen by the probes at 0.1 m"
+    assert intervals(found, OWN) == "± 0.0024 mil pp, ± 0.6°"
+
+
+def test_correlated_components_know_the_length_better_than_each():
+    """Along the diagonal errors of correlation −1 cancel to first order."""
+    parts = estimated("bow_x", 3.0, 0.5, "µm"), estimated("bow_y", 3.0, 0.5, "µm")
+    independent, opposed = sizes(*parts)["bow"], sizes(*parts, correlation=-1.0)["bow"]
+    assert independent.high - independent.low == pytest.approx(1.0)  # 2 · 0.5: the same in each direction
+    assert opposed.high == pytest.approx(opposed.low)
+
+
+def test_equal_differences_are_said_once_and_others_apart():
+    alike = sizes(
+        estimated("stiffness_difference_x", 8.1, 0.2, "%"), estimated("stiffness_difference_y", 8.0, 0.4, "%")
+    )
+    apart = sizes(
+        estimated("stiffness_difference_x", -5.0, 0.3, "%"), estimated("stiffness_difference_y", 20.0, 0.4, "%")
+    )
+    bearings = UnequalBearings()
+    assert sentence(bearings.statement(alike)) == "Bearing 2 is 15.0 % softer than bearing 1 in x and y"
+    assert sentence(bearings.statement(apart)) == "Bearing 2 is 10.5 % stiffer in x and 33.3 % softer in y than bearing 1"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_effect_has_a_sentence_with_all_its_places_filled(name, three_disk):
+    """At each of its locations; also an effect without a sentence of its own."""
+    for effect in registry.plugin_class("effect", name)().locations(three_disk):
+        unknowns = [(each.name, each.unit) for each in effect.parameters(three_disk)]
+        said = sentence(effect.statement(sizes(*(estimated(*each[:1], 2.0, 0.1, each[1]) for each in unknowns))))
+        assert said[0].isupper() and not said.endswith(".")
+        assert not set("{}_?") & set(said), said
+
+
+@pytest.fixture(scope="module")
+def three_disk():
+    return ThreeDisk().build()
