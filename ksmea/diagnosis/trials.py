@@ -20,7 +20,6 @@ from ksmea.fits.fitting import (
     BaselineFits,
     Fit,
     finished,
-    fit_along,
     fit_from,
     fit_from_points,
     fit_from_scan,
@@ -30,6 +29,7 @@ from ksmea.fits.fitting import (
     promised_from,
     start_nearby,
 )
+from ksmea.fits.path_fits import fit_along
 from ksmea.fits.search import Effort, Search
 from ksmea.fits.stable_fits import stable_fit
 from ksmea.location.force_start import can_recover, starts_from_force

@@ -9,7 +9,6 @@ makes no 2X. Whatever its size, these channels hold only noise.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,8 +17,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices, Mask
 from ksmea.fits.search import Effort, Search
-from ksmea.fits.starts import scan_values, scanned, screened, screened_at, screened_both_ways
-from ksmea.fits.variable_projection import projected, unbalance_planes
+from ksmea.fits.starts import scan_values, scanned, screened, screened_both_ways
 from ksmea.inference.intervals import Estimate, estimate
 from ksmea.inference.maximisation import (
     best_maxima,
@@ -54,9 +52,6 @@ TRIAL_ITERATIONS = 100  # at most: fits that explain the data end by 60, and the
 # Expected fall of the deviance at which fits of trials end; of data that are off by many times their known noise, in parts of
 # the mean square of what is left.
 END = 1e-4
-PATH_ITERATIONS = 4  # of each fit on a path of values
-PROJECTED = 5  # times as many points as of a scan are screened by variable projection
-LAST_DECADE = 0.1  # of the last value of a path, from where on its values are screened
 
 
 @dataclass(frozen=True)
@@ -154,13 +149,13 @@ def fit_baseline(case: Case, search: Search, likelihood: Likelihood | None = Non
     likelihood = likelihood or likelihood_of(case)
     apart = [*found.apart(effort.starts, START_DISTANCE).points, *of_shape.apart(OF_SHAPE, START_DISTANCE).points]
     starts = [likelihood.start(u) for u in apart]
-    maxima = [with_best_noise(likelihood, point) for point in _maxima(likelihood, starts, effort)]
+    maxima = [with_best_noise(likelihood, point) for point in maxima_from(likelihood, starts, effort)]
     maxima.sort(key=lambda point: point.deviance)
     fits = [Fit(likelihood, point) for point in maxima]
     return BaselineFits(fits[0], tuple(fits[1:]), found)
 
 
-def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator | None = None) -> list[Point]:
+def likelymaxima_from(likelihood: Likelihood, known: Point, rng: np.random.Generator | None = None) -> list[Point]:
     """The maxima of a likelihood all over the box that are not much lower than the highest, highest first, and a known one: by
     fits from the best points of a screening in which unknowns grow by factors (`Parameters.from_decades`)."""
     parameters = likelihood.model.problem.parameters
@@ -170,7 +165,7 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
     for found, count in zip(both, (STARTS, OF_SHAPE)):
         apart = Screened(parameters.to_decades(found.points), found.misfits).apart(count, START_DISTANCE)
         starts += [likelihood.start(u) for u in parameters.from_decades(apart.points)]
-    maxima = best_maxima(likelihood, starts, first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
+    maxima = bestmaxima_from(likelihood, starts, first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
     maxima = distinct(likelihood, [known, *maxima])
     likely = [point for point in maxima if point.deviance < maxima[0].deviance + REACH]
     return distinct(likelihood, [point if point is known else _polished(likelihood, point) for point in likely])
@@ -232,61 +227,6 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
     return np.concatenate([baseline.u, without_effects(problem, d), baseline.point.theta[d:]])
 
 
-def fit_along(case: Case, baseline: BaselineFits, path: Array, effort: Effort) -> Fit:
-    """Fit of an effect from the best points on a path and of screenings.
-
-    The path consists of fits at values (n, e) SI of the effect's unknowns, each from the end of the last one, the first from the
-    fit of the baseline model. Of several unknowns each one without a prior then follows its part of the path alone, from the best
-    point so far. Screenings are made at the values of the last decade; if all unknowns have priors, at the last ones. If several planes
-    have unknown unbalance, one is made by variable projection too: a sweep has many maxima, and a screening at random unbalance misses
-    the best ones.
-    """
-    likelihood, d = likelihood_of(case), baseline.best.likelihood.d
-    e = path.shape[1]
-    items = case.problem.parameters.items[d : d + e]
-    lower, upper = np.array([[item.lower, item.upper] for item in items]).T
-    values = (path - lower) / (upper - lower)
-    points = _points_along(likelihood, start_nearby(case.problem, baseline.best), d, values)
-    free = [column for column, item in enumerate(items) if item.prior is None]
-    for column in free if e > 1 else []:
-        theta = min(points, key=lambda point: point.deviance).theta
-        alone = np.tile(theta[d : d + e], (len(values), 1))
-        alone[:, column] = values[:, column]
-        points += _points_along(likelihood, theta, d, alone)
-    best = sorted(points, key=lambda point: point.deviance)[: effort.survivors]
-    last = values[np.abs(path[:, 0]) >= LAST_DECADE * np.abs(path[-1, 0])] if free else values[-1:]
-    screened = screened_at(case, baseline.screened.thinned(effort.scan), last)
-    starts = [likelihood.start(u) for u in screened.apart(effort.starts, START_DISTANCE).points]
-    points = [maximise(likelihood, point.theta, tolerance=1e-4) for point in best] + _maxima(likelihood, starts, effort)
-    by_projection = [likelihood.start(u) for u in _projected_starts(case, baseline.best.noise, d, last, effort)]
-    if by_projection:
-        points += _maxima(likelihood, by_projection, dataclasses.replace(effort, survivors=len(by_projection)))
-    return Fit(likelihood, min(points, key=lambda point: point.deviance))
-
-
-def _projected_starts(case: Case, noise: Noise, d: int, values: Array, effort: Effort) -> Array:
-    """Points (n, d) from a screening by variable projection at values (m, e) of the unknowns from d on; none of amplitudes, or unless
-    several planes have unknown unbalance."""
-    measurement = case.measurement
-    planes = unbalance_planes(case.problem)
-    if measurement.is_amplitude or measurement.is_by_differences or not planes:
-        return np.empty((0, len(case.problem.parameters)))
-    n = 2 ** (PROJECTED * effort.scan - 1).bit_length()
-    points = case.problem.parameters.from_decades(sobol(n, len(case.problem.parameters)))
-    points[:, d : d + values.shape[1]] = values[np.arange(n) % len(values)]
-    return projected(case, noise, planes, points).apart(effort.starts, START_DISTANCE).points
-
-
-def _points_along(likelihood: Likelihood, theta: Array, d: int, values: Array) -> list[Point]:
-    """Fits at values (n, e) in the unit cube of the unknowns from d on, each from the end of the last one, the first from θ (p,)."""
-    fixed, points = np.arange(d, d + values.shape[1]), []
-    for value in values:
-        theta = np.concatenate([theta[:d], value, theta[fixed[-1] + 1 :]])
-        points.append(maximise(likelihood, theta, fixed=fixed, max_iterations=PATH_ITERATIONS, tolerance=1e-2))
-        theta = points[-1].theta
-    return points
-
-
 def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
     """The better of a fit and further ones of its problem: from the best points of screenings at values of the effects all over
     their limits that come nearer to the data than the fit, and from other maxima of the baseline model; left after the first
@@ -300,7 +240,7 @@ def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: flo
     starts += list(found.below(misfit).apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
     if not starts:
         return fit
-    maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
+    maxima = maxima_from(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
     return min(fit, Fit(likelihood, maxima[0]), key=lambda each: each.deviance)
 
 
@@ -308,7 +248,7 @@ def fit_from_points(case: Case, points: Array, effort: Effort, ceiling: float, b
     """Fit of a case from points (n, d) of the unit cube."""
     likelihood = likelihood_of(case)
     starts = [likelihood.start(u) for u in points]
-    return Fit(likelihood, _maxima(likelihood, starts, effort, ceiling, below)[0])
+    return Fit(likelihood, maxima_from(likelihood, starts, effort, ceiling, below)[0])
 
 
 def fit_from(fit: Fit, starts: Sequence[Fit], baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
@@ -322,7 +262,7 @@ def fit_from(fit: Fit, starts: Sequence[Fit], baseline: BaselineFits, effort: Ef
     if not others:
         return fit
     points = [likelihood.start(u) for u in others]
-    found = Fit(likelihood, _maxima(likelihood, points, effort, ceiling, fit.deviance)[0])
+    found = Fit(likelihood, maxima_from(likelihood, points, effort, ceiling, fit.deviance)[0])
     return min(fit, found, key=lambda each: each.deviance)
 
 
@@ -353,13 +293,15 @@ def _tried(
     return maximise(likelihood, start, max_iterations=max_iterations, tolerance=tolerance, ceiling=below)
 
 
-def _maxima(
+def maxima_from(
     likelihood: Likelihood,
     starts: Sequence[Array],
     effort: Effort,
     ceiling: float = np.inf,
     below: float = np.inf,
 ) -> list[Point]:
+    """Different maxima of a likelihood from starts θ, highest first; left where all have a deviance above `ceiling` after the first
+    iterations."""
     return best_maxima(
         likelihood,
         starts,
