@@ -155,7 +155,7 @@ def fit_baseline(case: Case, search: Search, likelihood: Likelihood | None = Non
     return BaselineFits(fits[0], tuple(fits[1:]), found)
 
 
-def likelymaxima_from(likelihood: Likelihood, known: Point, rng: np.random.Generator | None = None) -> list[Point]:
+def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator | None = None) -> list[Point]:
     """The maxima of a likelihood all over the box that are not much lower than the highest, highest first, and a known one: by
     fits from the best points of a screening in which unknowns grow by factors (`Parameters.from_decades`)."""
     parameters = likelihood.model.problem.parameters
@@ -165,7 +165,7 @@ def likelymaxima_from(likelihood: Likelihood, known: Point, rng: np.random.Gener
     for found, count in zip(both, (STARTS, OF_SHAPE)):
         apart = Screened(parameters.to_decades(found.points), found.misfits).apart(count, START_DISTANCE)
         starts += [likelihood.start(u) for u in parameters.from_decades(apart.points)]
-    maxima = bestmaxima_from(likelihood, starts, first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
+    maxima = best_maxima(likelihood, starts, first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
     maxima = distinct(likelihood, [known, *maxima])
     likely = [point for point in maxima if point.deviance < maxima[0].deviance + REACH]
     return distinct(likelihood, [point if point is known else _polished(likelihood, point) for point in likely])
