@@ -247,9 +247,9 @@ def _refined(state: _State, search: Search) -> _State:
 
 def _exchanged(found: list[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
     """The trials, each fitted from the unknowns of the best other ones, until that improves none of the best."""
-    for _ in range(MAX_EXCHANGES):
+    for number in range(MAX_EXCHANGES):
         drops = {(trial.name, trial.location): trial.deviance_drop for trial in found}
-        found = exchanged(found, baseline, search)
+        found = exchanged(found, baseline, search, is_first=number == 0)
         if all(trial.deviance_drop < drops[trial.name, trial.location] + BETTER for trial in found[:EXCHANGED]):
             break
     return found

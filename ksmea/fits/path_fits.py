@@ -10,7 +10,7 @@ from ksmea.arrays import Array
 from ksmea.fits.fitting import START_DISTANCE, BaselineFits, Fit, maxima_from, start_nearby
 from ksmea.fits.search import Effort
 from ksmea.fits.starts import screened_at
-from ksmea.fits.variable_projection import projected, unbalance_planes
+from ksmea.fits.variable_projection import NOTHING, linear_unknowns, projected, unbalance_planes
 from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point
@@ -20,6 +20,7 @@ from ksmea.numerics.screening import sobol
 from ksmea.problem.case import Case
 
 PATH_ITERATIONS = 4  # of each fit on a path of values
+FEW_VALUES = 8  # of unknowns that are costly to change
 PROJECTED = 5  # times as many points as of a scan are screened by variable projection
 LAST_DECADE = 0.1  # of the last value of a path, from where on its values are screened
 
@@ -49,24 +50,30 @@ def fit_along(case: Case, baseline: BaselineFits, path: Array, effort: Effort) -
     last = values[np.abs(path[:, 0]) >= LAST_DECADE * np.abs(path[-1, 0])] if free else values[-1:]
     screened = screened_at(case, baseline.screened.thinned(effort.scan), last)
     starts = [likelihood.start(u) for u in screened.apart(effort.starts, START_DISTANCE).points]
-    points = [maximise(likelihood, point.theta, tolerance=1e-4) for point in best] + maxima_from(likelihood, starts, effort)
-    by_projection = [likelihood.start(u) for u in _projected_starts(case, baseline.best.noise, d, last, effort)]
+    points = [maximise(likelihood, point.theta, tolerance=1e-4) for point in best]
+    points += maxima_from(likelihood, starts, effort)
+    by_projection = [likelihood.start(u) for u in projected_starts(case, baseline.best.noise, d, effort, last)]
     if by_projection:
         points += maxima_from(likelihood, by_projection, dataclasses.replace(effort, survivors=len(by_projection)))
     return Fit(likelihood, min(points, key=lambda point: point.deviance))
 
 
-def _projected_starts(case: Case, noise: Noise, d: int, values: Array, effort: Effort) -> Array:
-    """Points (n, d) from a screening by variable projection at values (m, e) of the unknowns from d on; none of amplitudes, or unless
-    several planes have unknown unbalance."""
-    measurement = case.measurement
+def projected_starts(case: Case, noise: Noise, d: int, effort: Effort, values: Array | None = None) -> Array:
+    """Points (n, d) of an extended problem from a screening by variable projection, at values (m, e) of the effect's unknowns from d on if
+    they are given; none of amplitudes, or unless several planes have unknown unbalance."""
+    measurement, parameters = case.measurement, case.problem.parameters
     planes = unbalance_planes(case.problem)
     if measurement.is_amplitude or measurement.is_by_differences or not planes:
-        return np.empty((0, len(case.problem.parameters)))
+        return np.empty((0, len(parameters)))
     n = 2 ** (PROJECTED * effort.scan - 1).bit_length()
-    points = case.problem.parameters.from_decades(sobol(n, len(case.problem.parameters)))
-    points[:, d : d + values.shape[1]] = values[np.arange(n) % len(values)]
-    return projected(case, noise, planes, points).apart(effort.starts, START_DISTANCE).points
+    points, linear = parameters.from_decades(sobol(n, len(parameters))), NOTHING
+    costly = case.problem.costly
+    points[:, costly] = np.rint(FEW_VALUES * points[:, costly]) / FEW_VALUES
+    if values is None:
+        linear = linear_unknowns(case.problem, np.arange(d, len(parameters)))
+    else:
+        points[:, d : d + values.shape[1]] = values[np.arange(n) % len(values)]
+    return projected(case, noise, planes, points, linear).apart(effort.starts, START_DISTANCE).points
 
 
 def _points_along(likelihood: Likelihood, theta: Array, d: int, values: Array) -> list[Point]:

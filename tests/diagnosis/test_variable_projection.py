@@ -7,16 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ksmea.diagnosis.trials import best_by_name, candidates, exchanged, fitted
 from ksmea.fits.fitting import fit_baseline
 from ksmea.fits.path_fits import fit_along
 from ksmea.fits.search import Effort, Search
-from ksmea.fits.variable_projection import projected, unbalance_planes
+from ksmea.fits.variable_projection import linear_unknowns, projected, unbalance_planes
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.case import Case
 from ksmea.units import DEGREE, MICROMETRE, RPM
+from measurements.sweeps import speed_history
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk
 
@@ -45,6 +47,41 @@ def test_the_unbalance_of_the_data_is_met_exactly_at_their_supports():
     assert found.misfits[0] < 1e-10 and found.misfits[1] > 1
 
 
+def test_a_runout_is_linear_and_a_mass_is_not():
+    problem = RK4TwoDisk(n_speed=5).build()
+    for name, n_linear in (("runout", 2), ("residual_bow", 2), ("mass", 0)):
+        extended = registry.create("effect", name, {}).locations(problem)[0].added_to(problem)
+        d, e = len(problem.parameters), len(extended.parameters)
+        assert len(linear_unknowns(extended, np.arange(d, e))) == n_linear, name
+
+
+def run_up(layout, position):
+    """The steady model and the published run-up of a real rig."""
+    with RUN_UP.open() as file:
+        speed, amplitude, phase = np.array([[float(value) for value in row.values()] for row in csv.DictReader(file)]).T
+    values = (amplitude * MICROMETRE * np.exp(1j * DEGREE * phase))[:, None]
+    history = speed_history(speed * RPM, None)
+    measurement = Measurement(speed * RPM, (Channel(position, "x"),), values, None, "test", history=history)
+    problem = RK4TwoDisk(layout=layout).build().at(measurement.speed, measurement.channels)
+    return Case(problem, measurement)
+
+
+@pytest.mark.skipif(not RUN_UP.is_file(), reason=f"{RUN_UP} is not here: public data that are not committed")
+def test_effects_on_a_real_run_up_end_at_the_best_maximum_of_their_neighbours():
+    """Fits from nearby end at 112.6 for a thermal bow and 112.3 for a runout (ΔBIC); docs/rk4.md has these."""
+    case, search = run_up("beam_model", 0.12), Search(np.random.default_rng(0))
+    baseline = fit_baseline(case, search)
+    names = ("thermal_bow", "runout", "residual_bow", "coupling_misalignment")
+    effects = {name: registry.create("effect", name, {}).seen_in(case.measurement) for name in names}
+    trials = fitted(baseline.best, candidates(case.problem, effects), search)
+    for is_first in (True, False):
+        trials = exchanged(trials, baseline, search, is_first)
+    found = {name: trial.delta_bic for name, trial in best_by_name(trials).items()}
+    assert found["thermal_bow"] == pytest.approx(129.0, abs=0.5)
+    assert found["coupling_misalignment"] == pytest.approx(126.4, abs=0.5)
+    assert found["runout"] == pytest.approx(117.7, abs=0.5)
+
+
 @pytest.mark.skipif(not RUN_UP.is_file(), reason=f"{RUN_UP} is not here: public data that are not committed")
 @pytest.mark.parametrize(
     ("layout", "position", "drop", "rate"),
@@ -53,14 +90,10 @@ def test_the_unbalance_of_the_data_is_met_exactly_at_their_supports():
 def test_the_best_sweep_of_a_real_run_up_is_found_from_any_screening(layout, position, drop, rate):
     """The maxima of docs/rk4.md, with a quarter of the points and another scrambling. Fits of trials end some tenths of a standard error,
     9 rpm/s, from the maximum."""
-    with RUN_UP.open() as file:
-        speed, amplitude, phase = np.array([[float(value) for value in row.values()] for row in csv.DictReader(file)]).T
-    values = (amplitude * MICROMETRE * np.exp(1j * DEGREE * phase))[:, None]
-    measurement = Measurement(speed * RPM, (Channel(position, "x"),), values, None, "test")
-    problem = RK4TwoDisk(layout=layout).build().at(measurement.speed, measurement.channels)
-    baseline = fit_baseline(Case(problem, measurement), Search(np.random.default_rng(7)))
-    sweep, _ = registry.create("effect", "run_up_acceleration", {}).locations(problem)
-    case = Case(sweep.added_to(problem), measurement)
-    fit = fit_along(case, baseline, sweep.path(problem), Effort().of_first_scans)
+    case = run_up(layout, position)
+    baseline = fit_baseline(case, Search(np.random.default_rng(7)))
+    sweep, _ = registry.create("effect", "run_up_acceleration", {}).locations(case.problem)
+    extended = case.by(sweep.added_to(case.problem))
+    fit = fit_along(extended, baseline, sweep.path(case.problem), Effort().of_first_scans)
     assert baseline.best.deviance - fit.deviance == pytest.approx(drop, abs=0.5)
     assert fit.x[-1] / RPM == pytest.approx(rate, abs=3.0)
