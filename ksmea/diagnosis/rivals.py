@@ -22,7 +22,8 @@ import numpy as np
 from ksmea.arrays import Array, Indices
 from ksmea.diagnosis.observability import Led, change_of, cosine, reach
 from ksmea.diagnosis.trials import FAR, NEAR, Explanation, Trial, ranked, shared, trial_of
-from ksmea.fits.fitting import PATH_ITERATIONS, Fit, start_nearby, without_effects
+from ksmea.fits.fitting import Fit, start_nearby, without_effects
+from ksmea.fits.path_fits import PATH_ITERATIONS
 from ksmea.fits.stable_fits import stable_fit
 from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of

@@ -26,6 +26,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.measurement.campaign import Run
 from ksmea.measurement.measurement import Measurement
 from ksmea.settings.settings import setting
 from problems.rotor.extension.bow import Bow
@@ -107,5 +108,5 @@ class ThermalBow(Bow):
         offset, slope = OF_RUN[self.of_run]
         return self.bow_loads(rotor, offset + slope * np.interp(speed, self.speeds, self.grown))
 
-    def going(self, direction: str) -> ThermalBow:
-        return self if self.of_run == ALIKE else dataclasses.replace(self, of_run=direction)
+    def going(self, run: Run) -> ThermalBow:
+        return self if self.of_run == ALIKE else dataclasses.replace(self, of_run=run.direction)
