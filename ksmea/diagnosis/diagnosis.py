@@ -31,6 +31,7 @@ from functools import partial
 import numpy as np
 
 from ksmea.diagnosis.equivalents import alone_in_place_of, pairs_in_place_of
+from ksmea.diagnosis.exchange import exchanged
 from ksmea.diagnosis.explained import Explained, by_weight, led_by, with_near
 from ksmea.diagnosis.further_measurement import Split, best_split
 from ksmea.diagnosis.kin import with_kin
@@ -41,7 +42,6 @@ from ksmea.diagnosis.rivals import Cosines, collinearities, cosines_with, tested
 from ksmea.diagnosis.second_effects import alternatives, distinct_firsts, each_alone, pairs_beside
 from ksmea.diagnosis.trials import (
     BETTER,
-    EXCHANGED,
     NEAR,
     Candidate,
     Explanation,
@@ -49,7 +49,6 @@ from ksmea.diagnosis.trials import (
     best_by_name,
     best_of_names,
     candidates_and_left_out,
-    exchanged,
     fitted,
     none_located,
     ranked_explanations,
@@ -76,7 +75,6 @@ from ksmea.problem.case import Case
 
 Locate = Callable[[Case], Location]
 
-MAX_EXCHANGES = 3  # of unknowns among trials
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
 NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby
 MAX_SPLIT = 6  # explanations that a further measurement is sought for
@@ -240,18 +238,8 @@ def _refined(state: _State, search: Search) -> _State:
     found = refined(state.trials, state.baseline, first)
     if found and not _looks_like_noise(fit_quality(polished(found[0].fit), search.rng), state.level):
         found = refined(found, state.baseline, search.with_effort(search.effort, from_force=False))
-        found = _exchanged(found, state.baseline, search)
+        found = exchanged(found, state.baseline, search)
     return dataclasses.replace(state, trials=tuple(with_kin(found, state.level, state.baseline.best, search)))
-
-
-def _exchanged(found: list[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
-    """The trials, each fitted from the unknowns of the best other ones, until that improves none of the best."""
-    for number in range(MAX_EXCHANGES):
-        drops = {(trial.name, trial.location): trial.deviance_drop for trial in found}
-        found = exchanged(found, baseline, search, is_first=number == 0)
-        if all(trial.deviance_drop < drops[trial.name, trial.location] + BETTER for trial in found[:EXCHANGED]):
-            break
-    return found
 
 
 def _looks_like_noise(quality: FitQuality, level: float) -> bool:
