@@ -42,16 +42,9 @@ from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
 from ksmea.studies.diagnosis_remarks import (
-    disagreements,
-    effect_record,
-    estimated_record,
-    reading_of,
-    slips_of,
-    stated_effects,
-    stated_noise_remarks,
-    sweep_remarks,
-)
-from ksmea.studies.slow_roll import gain_remarks, slow_roll_remarks
+    disagreements, effect_record, estimated_record, gain_remarks, reading_of, slips_of, slow_roll_remarks,
+    stated_effects, stated_noise_remarks, sweep_remarks,
+)  # fmt: skip
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.inputs import input_records

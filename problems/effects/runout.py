@@ -20,7 +20,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter, name_at
-from ksmea.records.statement import SizeRecord, StatementRecord
+from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
 from problems.rotor.extension.effect import (
