@@ -12,14 +12,14 @@
   two unknowns of the run, within `at_most_g_mm` (the largest unbalance of the model if not given). `size: 5 g @ 120 mm` or
   `size: 2.5 oz in` may stand for `g_mm`, and `at_most` for `at_most_g_mm`; `planes` next to `runs` has radii and holes
   (`measurements/balancing_planes.py`).
-- `direction` (up, down, steady), a note; `speeds: [from, to]`, those that are used (rpm).
+- `direction` (up, down, steady), which a column `time_s` says too; `speeds: [from, to]`, those that are used (rpm).
 - A speed may be measured several times in a run.
 - `own: [names]` next to `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
   unbalance and the origin of phases.
 - `noise`: `shared`, all runs have the same where it is estimated, or `own`, each its own relative part and floor.
 
 A speed and channel may stand several times in a run: repeats. A column `time_s` (s, of one clock for all runs) says when each was
-measured, from which a drift over time is seen.
+measured, from which a drift over time is seen, and the rate of a run whose speed sweeps.
 
 All runs have the same channels, all of them phases or none, and all of them `sigma_um` or none. If files say at which edge of the
 keyphasor's mark their phases count from, all say the same, unless each run has its `own: [phase_origin]`. docs/campaigns.md says more.
@@ -42,6 +42,7 @@ from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.notation import of_text
+from ksmea.measurement.speeds import SpeedHistory
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.settings.document import Block, inside
 from ksmea.settings.settings import setting
@@ -55,6 +56,8 @@ from measurements.run_up_rows import MAX_BYTES, Rows, read_bytes, rows_of, rows_
 from measurements.shared_speeds import at_shared_speeds
 
 ORIGIN = "phase_origin"  # which runs with marks of their own have of their own
+STEADY = "steady"  # direction of a run whose states settle at each speed
+OF_TIMES = {"run-up": "up", "coast-down": "down"}  # direction of a run by that of its `SpeedHistory`
 MOST_BYTES = 4 * MAX_BYTES  # of all data files together
 
 
@@ -140,7 +143,14 @@ class CampaignFile(MeasurementSource):
     @property
     def _campaign(self) -> Campaign:
         runs = (
-            Run(entry.name, len(run.speed), entry.weights, entry.direction, entry.unknown_weights)
+            Run(
+                entry.name,
+                len(run.speed),
+                entry.weights,
+                _direction(entry, run),
+                entry.unknown_weights,
+                _swept(entry, run),
+            )
             for entry, run in zip(self._document.runs, self._runs)
         )
         document = self._document
@@ -199,6 +209,23 @@ class CampaignFile(MeasurementSource):
         drop = self.incomplete == "drop"
         found = run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1, repeats=True)
         return dataclasses.replace(found, remarks=(remark, *found.remarks)) if remark else found
+
+
+def _swept(entry: RunEntry, run: RunUp) -> SpeedHistory | None:
+    """The course of the speed in a run; None in steady states, which may be measured one after the other."""
+    return None if entry.direction == STEADY else run.history
+
+
+def _direction(entry: RunEntry, run: RunUp) -> str:
+    """Which way the speed goes in a run, as the file states it, or else as its times say; `SettingError` if these contradict each other."""
+    history = run.history
+    of_times = OF_TIMES.get(history.direction, "") if history is not None and history.from_times else ""
+    if of_times and entry.direction not in ("", STEADY, of_times):
+        raise entry.block.error(
+            "direction",
+            f"expected {of_times}, as time_s in {entry.file} says, got {entry.direction}; correct one of the two",
+        )
+    return entry.direction or of_times
 
 
 def _alike(entry: RunEntry, run: RunUp, first: RunUp) -> RunUp:

@@ -7,8 +7,10 @@ variance is added to theirs if the file states one; the correlation that this ma
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
@@ -16,6 +18,8 @@ from ksmea.measurement.channel import Channel
 from ksmea.units import DEGREE
 from measurements.run_up_rows import Rows, rows_at
 
+NEAR = 0.15  # of the first critical speed: below, unbalance moves a flexible rotor by less than 2.3 % of its mass eccentricity
+PROMINENT = 0.3  # of the largest amplitude: the prominence of a peak that counts as a resonance
 SUBTRACTED = "slow roll: subtracted"  # how the remark begins by which a file is known
 
 
@@ -43,10 +47,28 @@ def without_slow_roll(rows: Rows, highest: float, path: str) -> tuple[Rows, str]
         runouts.append(
             f"{channel} {abs(runout):.4g} µm at {np.angle(runout, deg=True):.4g}° lead of {len(slow)} row{'s' * (len(slow) > 1)}"
         )
-    changed = with_vectors(rows, values, sigma)
-    return rows_at(
-        changed, sorted(kept)
-    ), f"{SUBTRACTED}, the mean vector up to {highest:g} rpm of {'; '.join(runouts)}"
+    changed = rows_at(with_vectors(rows, values, sigma), sorted(kept))
+    said = f"{SUBTRACTED}, the mean vector up to {highest:g} rpm of {'; '.join(runouts)}"
+    peaks = map(partial(_first_peak, changed), by_channel(changed).values())
+    critical = min((peak for peak in peaks if peak), default=None)
+    if critical is None or highest < NEAR * critical:
+        return changed, said
+    ratio = highest / critical
+    return changed, (
+        f"{said}; {highest:g} rpm is {100 * ratio:.0f} % of the first resonance in these data, {critical:.0f} rpm, where unbalance moves"
+        f" the shaft by up to {100 * ratio**2 / (1 - ratio**2):.1f} % of the mass eccentricity: this real motion is subtracted too; give"
+        f" slow_roll below {NEAR * critical:.0f} rpm"
+    )
+
+
+def _first_peak(rows: Rows, indices: Indices) -> float | None:
+    """Speed (rpm) of the first resonance of a channel at 1X: the lowest peak that stands out; None without one."""
+    speed, amplitude = np.array(rows.speed)[indices], np.array(rows.amplitude)[indices]
+    if rows.channel[indices[0]][2] != 1:
+        return None
+    order = np.argsort(speed, kind="stable")
+    peaks, _ = find_peaks(amplitude[order], prominence=PROMINENT * amplitude.max())
+    return float(speed[order][peaks[0]]) if len(peaks) else None
 
 
 def vectors(rows: Rows) -> Array | ComplexArray:

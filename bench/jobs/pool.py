@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
@@ -27,8 +27,8 @@ from typing import Any, Generic, TypeVar
 from threadpoolctl import threadpool_limits
 
 from bench.jobs.lines import FailedRun
-from bench.jobs.processes import descendants
 from ksmea.errors import SettingError
+from ksmea.numerics.parallel import descendants, end
 
 Task = TypeVar("Task")
 
@@ -278,9 +278,7 @@ def _stop(worker: _Worker[Task]) -> None:
     """End a worker, and what runs of plugins from outside have started in it."""
     children = descendants(worker.process.pid) if worker.outside and worker.process.pid else []
     worker.process.kill()
-    for child in children:
-        with suppress(ProcessLookupError, PermissionError):
-            os.kill(child, signal.SIGKILL)
+    end(children)
     worker.process.join()
     worker.connection.close()
 

@@ -7,7 +7,7 @@ command that chooses nothing else is refused.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from bench.command_line.schema import plugin_schema
@@ -15,7 +15,7 @@ from bench.plan.provenance import mentions
 from ksmea.errors import PluginFailure, SettingError
 from ksmea.plugins import registry
 from ksmea.plugins.files import one_line
-from ksmea.plugins.first_import import undisturbed
+from ksmea.plugins.first_import import undisturbed, without_children
 
 Point = dict[str, Any]
 
@@ -44,10 +44,13 @@ def with_usable(points: Sequence[Point]) -> tuple[list[Point], list[str]]:
 @contextmanager
 def planning(settings: Mapping[str, Any]) -> Iterator[None]:
     """Whatever plugins from outside raise in the block is a `PluginFailure` that names them, and what they change in this process is as
-    before after it."""
+    before after it; processes that they start in it end."""
     theirs = outside_in(settings)
     try:
-        with undisturbed() if theirs else nullcontext():
+        with ExitStack() as stack:
+            if theirs:
+                stack.enter_context(without_children())
+                stack.enter_context(undisturbed())
             yield
     except SettingError:
         raise

@@ -1,4 +1,4 @@
-"""The figure of the rig's run-up (docs/rk4.md): the published data, and in both layouts the swept model that fits them.
+"""The figure and the beats of the rig's run-up (docs/rk4.md): the published data, and in both layouts the swept model that fits them.
 
     python docs/examples/rk4_run_up.py runup_bode_first_critical.csv rk4.png
 
@@ -13,6 +13,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy.signal import find_peaks
 
 import ksmea
 
@@ -24,6 +25,7 @@ RATE = {"beam_model": 167.0, "bearing_centres_560": 218.0}  # rpm/s
 NOISE = {"beam_model": (0.15, 0.59), "bearing_centres_560": (0.21, 0.53)}  # of each value, and µm
 SENSOR = {"beam_model": 0.12, "bearing_centres_560": 0.08}  # m, the same probe
 RPM = np.pi / 30
+SMOOTHED, PROMINENT = 3, 0.01  # rows of which the mean counts, and part of the largest amplitude that a maximum stands out by
 BARE = {"u1": 1.0, "phase1": 0.0, "u2": 1.0, "phase2": 0.0}  # g mm, deg
 SWEPT = """problem: {{name: rk4_two_disk, layout: {layout}, sensors: [{sensor}], directions: [x]}}
 effects: [{{name: run_up_acceleration}}]
@@ -43,14 +45,36 @@ def main() -> None:
     panels[1, 0].set_ylabel("phase lead (°)")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     figure.savefig(given.figure, dpi=100)
+    print("maxima, rpm\n  measured", *maxima(speed, np.abs(measured), SMOOTHED))
+    for layout in SUPPORTS:
+        print_beats(layout, speed, measured)
+
+
+def print_beats(layout: str, speed: np.ndarray, measured: np.ndarray) -> None:
+    """Maxima of the swept and the steady amplitude, critical speeds and damping ratios there."""
+    fine = np.linspace(1300.0, 2200.0, 1801)
+    unbalance = fitted_unbalance(layout, speed, measured)
+    swept, steady = (np.abs(unit_responses(layout, rate, fine) @ unbalance) for rate in (RATE[layout], 0.0))
+    print(f"  {layout}, {RATE[layout]:.0f} rpm/s:", *maxima(fine, swept), "steady:", *maxima(fine, steady))
+    rotor = ksmea.load_problem("rk4_two_disk", layout=layout)
+    critical = rotor.critical_speeds({**SUPPORTS[layout], **BARE}, highest=2500 * RPM) / RPM
+    for each in critical:
+        modes = rotor.modes(each * RPM, {**SUPPORTS[layout], **BARE})
+        near = min(modes, key=lambda mode: abs(mode.frequency - each * RPM))
+        print(f"    critical speed {each:.0f} rpm, damping ratio {near.damping_ratio:.3f}")
+
+
+def maxima(speed: np.ndarray, amplitude: np.ndarray, rows: int = 1) -> list[int]:
+    """Speeds (rpm) of the first seven maxima from 1600 rpm on, of the mean of so many rows."""
+    mean = np.convolve(amplitude, np.ones(rows) / rows, mode="same")
+    peaks, _ = find_peaks(mean, prominence=PROMINENT * mean.max())
+    return [round(each) for each in speed[peaks] if each > 1600][:7]
 
 
 def draw(above, below, layout: str, speed: np.ndarray, measured: np.ndarray) -> None:
     """Amplitude and phase over speed (rpm): measured, swept, and the same model without the sweep."""
     fine = np.linspace(1300.0, 2200.0, 361)
-    relative, floor = NOISE[layout]
-    weight = 1 / np.hypot(relative * np.abs(measured), floor)
-    unbalance = np.linalg.lstsq(weight[:, None] * unit_responses(layout, RATE[layout], speed), weight * measured)[0]
+    unbalance = fitted_unbalance(layout, speed, measured)
     swept, steady = (unit_responses(layout, rate, fine) @ unbalance for rate in (RATE[layout], 0.0))
     curves = {"model, swept": (swept, "-"), "the same model, steady": (steady, ":")}
     for part, panel in ((np.abs, above), (phase, below)):
@@ -61,6 +85,13 @@ def draw(above, below, layout: str, speed: np.ndarray, measured: np.ndarray) -> 
         panel.set_xlim(fine[0], fine[-1])
     above.set_title(f"{layout}, {RATE[layout]:.0f} rpm/s")
     below.set_xlabel("speed (rpm)")
+
+
+def fitted_unbalance(layout: str, speed: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Unbalance of both planes (2,) g mm with the swept model, by weighted least squares."""
+    relative, floor = NOISE[layout]
+    weight = 1 / np.hypot(relative * np.abs(measured), floor)
+    return np.linalg.lstsq(weight[:, None] * unit_responses(layout, RATE[layout], speed), weight * measured)[0]
 
 
 def unit_responses(layout: str, rate: float, speed: np.ndarray) -> np.ndarray:

@@ -33,6 +33,7 @@ import numpy as np
 from ksmea.diagnosis.equivalents import alone_in_place_of, pairs_in_place_of
 from ksmea.diagnosis.explained import Explained, by_weight, led_by, with_near
 from ksmea.diagnosis.further_measurement import Split, best_split
+from ksmea.diagnosis.kin import with_kin
 from ksmea.diagnosis.model_averaging import Averaged, averaged, heaviest
 from ksmea.diagnosis.observability import Detectable, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
@@ -40,6 +41,7 @@ from ksmea.diagnosis.rivals import Cosines, collinearities, cosines_with, tested
 from ksmea.diagnosis.second_effects import alternatives, distinct_firsts, each_alone, pairs_beside
 from ksmea.diagnosis.trials import (
     BETTER,
+    EXCHANGED,
     NEAR,
     Candidate,
     Explanation,
@@ -47,6 +49,7 @@ from ksmea.diagnosis.trials import (
     best_by_name,
     best_of_names,
     candidates_and_left_out,
+    exchanged,
     fitted,
     none_located,
     ranked_explanations,
@@ -73,6 +76,7 @@ from ksmea.problem.case import Case
 
 Locate = Callable[[Case], Location]
 
+MAX_EXCHANGES = 3  # of unknowns among trials
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
 NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby
 MAX_SPLIT = 6  # explanations that a further measurement is sought for
@@ -138,7 +142,7 @@ def diagnose(
     locate: Locate | None = None,
 ) -> Diagnosis:
     """Diagnose a measurement with a library of effects; without any, only test the fit. The baseline model's fits may be given, and
-    what locates the cause without the library: where it finds a place, no pairs of effects elsewhere are sought.
+    what locates the cause without the library: if it finds a place, no pairs of effects elsewhere are sought.
 
     Stated noise is kept unless its size is the only evidence against a model (`ksmea.fits.lack_of_fit`): then the fits use noise
     as large as the residuals of that model.
@@ -227,7 +231,8 @@ def _moved(state: _State, search: Search) -> _State:
 
 def _refined(state: _State, search: Search) -> _State:
     """The trials refined at little effort, without scans if the data are near the baseline model; at full effort if the residuals
-    of the best one are then more than noise."""
+    of the best one are then more than noise, and from where each other has the unknowns of the baseline model as long as that
+    leads to better ones: such data have many maxima, and no trial may end in a worse one than its neighbour."""
     if not state.is_evident:
         return state
     is_scanned = any(trial.deviance_drop > NEARBY for trial in state.trials)
@@ -235,7 +240,18 @@ def _refined(state: _State, search: Search) -> _State:
     found = refined(state.trials, state.baseline, first)
     if found and not _looks_like_noise(fit_quality(polished(found[0].fit), search.rng), state.level):
         found = refined(found, state.baseline, search.with_effort(search.effort, from_force=False))
-    return dataclasses.replace(state, trials=tuple(found))
+        found = _exchanged(found, state.baseline, search)
+    return dataclasses.replace(state, trials=tuple(with_kin(found, state.level, state.baseline.best, search)))
+
+
+def _exchanged(found: list[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
+    """The trials, each fitted from the unknowns of the best other ones, until that improves none of the best."""
+    for number in range(MAX_EXCHANGES):
+        drops = {(trial.name, trial.location): trial.deviance_drop for trial in found}
+        found = exchanged(found, baseline, search, is_first=number == 0)
+        if all(trial.deviance_drop < drops[trial.name, trial.location] + BETTER for trial in found[:EXCHANGED]):
+            break
+    return found
 
 
 def _looks_like_noise(quality: FitQuality, level: float) -> bool:
@@ -293,7 +309,8 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
         trials = _acting_where(where, trials, state.baseline.best)
         significant = [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
     firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
-    pairs = pairs_beside(firsts, trials, state.baseline, search, is_scanned=not leaves_noise)
+    seconds = [trial for trial in trials if trial.candidate in state.candidates]  # without kin, which are pairs of their own
+    pairs = pairs_beside(firsts, seconds, state.baseline, search, is_scanned=not leaves_noise)
 
     def best_of(pairs: Sequence[Explanation]) -> list[Explanation]:
         limit = alone.best.delta_bic + NEAR
@@ -312,7 +329,7 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
 
 
 def _acting_where(found: Location, trials: tuple[Trial, ...], baseline: Fit) -> tuple[Trial, ...]:
-    """The trials of effects that act at the place of a sharp location alone; all where it is none."""
+    """The trials of effects that act at the place of a sharp location alone; all without one."""
     if not found.is_sharp:
         return trials
     machine = baseline.problem.machine

@@ -1,9 +1,9 @@
-"""What else does as a pair of effects does: one effect, or another pair.
+"""Equivalents of a pair of effects: one effect, or another pair.
 
-Equal and opposite moments at two couplings bend a shaft as a bow does, and a gain of a plane beside a mass may look like probes
+Equal and opposite moments at two couplings bend a shaft as a bow does, and a gain of a plane with a mass may look like probes
 that sit elsewhere. Fits alone do not show it: one effect may have ended in a lower maximum than the pair, and of the many pairs
-only those of the best first effects are fitted. So the change of the data that the pair makes is compared with what every other
-effect, and every other pair, can do there to first order. Those that promise to come as near are fitted to what the pair
+only a part is fitted. So the change of the data that the pair makes is compared with what every other
+effect, and every other pair, can do there to first order. Equivalents by that measure are fitted to what the pair
 predicts, and from there to the data, as rivals of one effect are (`rivals`).
 """
 
@@ -41,8 +41,7 @@ def alone_in_place_of(pair: Explanation, trials: Sequence[Trial], baseline: Fit,
 def pairs_in_place_of(
     pair: Explanation, trials: Sequence[Trial], known: Sequence[Explanation], baseline: Fit, search: Search
 ) -> list[Explanation]:
-    """Further pairs that come near a pair, of those that can make the change of the data that it makes; `known` are those that
-    have been fitted."""
+    """Further pairs that come near a pair and can make the same change of the data; `known` pairs have been fitted."""
     reached = search.workers.unseen.each(partial(_reach, pair), [trial.candidate for trial in trials])
     able = [(trial, basis) for trial, basis in zip(trials, reached) if basis is not None]
     candidates = [trial for trial, _ in able]

@@ -10,8 +10,8 @@ likelihood θ_m, each as half of a normal distribution that ends where the inter
 are no parabolas. An open side has its mass beyond all limits. The averaged interval reaches from the (1 − level)/2 quantile
 of F to the (1 + level)/2 quantile.
 
-Weights are those of AIC, w_m ∝ exp(−(D_m + 2 k_m)/2) with the deviance D_m and k_m unknowns (Burnham & Anderson 2002, section
-2.9); places of the same effects share one weight. Not those of BIC, which names effects: it charges ln n for each unknown, known
+Weights follow AIC, w_m ∝ exp(−(D_m + 2 k_m)/2) with the deviance D_m and k_m unknowns (Burnham & Anderson 2002, section
+2.9); places of the same effects share one weight. They do not follow BIC, which names effects: it charges ln n for each unknown, known
 or not by the data, and would leave an explanation of as low a deviance with two more unknowns a weight of 1/n, though the
 data hold no evidence against it.
 
@@ -70,7 +70,7 @@ def averaged(
     level: float,
     workers: Workers = ALONE,
 ) -> Averaged:
-    """The average over explanations, best first, of which the first has the fit and the estimate given; d unknowns are those of
+    """The average over explanations, best first, of which the first has the fit and the estimate given; d unknowns belong to
     the baseline model. Workers share the explanations."""
     members = tuple(explanations[:MAX_AVERAGED])
     others = [member.fit for member in members[1:]]
@@ -105,7 +105,7 @@ def averaged(
 
 
 def akaike_weights(deviance: Array, n_unknown: Array, names: Sequence[tuple[str, ...]]) -> Array:
-    """w_m (n_member,) of models with these deviances and numbers of unknowns; those of the same names share one weight.
+    """w_m (n_member,) of models with these deviances and numbers of unknowns; explanations of the same names share one weight.
 
     >>> akaike_weights(np.array([0.0, 0.0, 0.0]), np.array([6, 6, 6]), [("mass",), ("runout",), ("runout",)])
     array([0.5 , 0.25, 0.25])
@@ -118,7 +118,7 @@ def akaike_weights(deviance: Array, n_unknown: Array, names: Sequence[tuple[str,
 
 def heaviest(names: Sequence[tuple[str, ...]], weights: Array) -> int:
     """Index of the explanation that leads several whose weights (n_member,) are known: the first one unless the weight of others
-    of one name is clearly larger than that of its own, by as much as ΔBIC tells effects apart. BIC charges for unknowns that
+    of one name is clearly larger than its own, by as much as ΔBIC tells effects apart. BIC charges for unknowns that
     the data do not show, and may prefer an explanation that they all but exclude.
 
     >>> heaviest([("mass",), ("runout",), ("runout",)], np.array([0.01, 0.49, 0.5]))

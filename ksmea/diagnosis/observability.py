@@ -1,6 +1,6 @@
 """Which effects data could show: the smallest detectable size, and how collinear two effects are. Both from sensitivities in
-units of the noise, those of the model's own unknowns and of the noise level projected out: what is left of an effect when
-everything else is fitted along."""
+units of the noise, the model's own unknowns and the noise level projected out: the part of an effect that no other
+unknown can explain."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def _noncentrality(n_unknown: int, level: float) -> float:
 
 
 class Led(Protocol):
-    """A fit whose last unknowns are those of its effects."""
+    """A fit with the unknowns of its effects last."""
 
     @property
     def fit(self) -> Fit: ...
@@ -154,7 +154,7 @@ def reach(lead: Led, other: Candidate) -> Array | None:
 
 
 def own_reach(lead: Led, own: slice) -> Array | None:
-    """As `reach` for one of the effects of a fit, by its place among their unknowns."""
+    """`reach` of one of the effects of a fit, by its place among their unknowns."""
     u, n_own = lead.fit.u, len(lead.fit.u) - lead.n_unknown
     whitened, of_noise = _whitened(lead.fit.problem, u, lead.fit)
     return _basis(_without(whitened[:, n_own:][:, own], whitened[:, :n_own], of_noise))

@@ -1,11 +1,11 @@
 """Rivals: effects that explain the data about as well as the best one, or pair, and their collinearity with it.
 
-Sensitivities predict the deviance drop of a collinear effect: cos² times that of the best one. The prediction holds as far as the
+Sensitivities predict the deviance drop of a collinear effect: cos² times the drop of the best one. The prediction holds as far as the
 model is linear, which it is not if sharp resonances move. Therefore each rival is fitted first to the predictions of the best
 effect, which leads it to its nearest point, and from there to the data. The drop of that fit counts.
 
 The best effect is also exchanged for its rivals. If resonances are sharp, the fit of a rival may be far from any start: on the
-way from values without an effect, or from those of the best fit, resonances would have to cross those of the data. Along the
+way from values without an effect, or from the best fit, resonances would have to cross the measured ones. Along the
 valley between the two effects they stay. So the best effect is taken back step by step in a model that has both. Each step goes
 along the tangent on which predictions do not change to first order (Euler–Newton continuation: Allgower & Georg, Introduction to
 Numerical Continuation Methods, 2003, ch. 2, doi 10.1137/1.9780898719154), and a few iterations of a fit follow.
@@ -22,7 +22,8 @@ import numpy as np
 from ksmea.arrays import Array, Indices
 from ksmea.diagnosis.observability import Led, change_of, cosine, reach
 from ksmea.diagnosis.trials import FAR, NEAR, Explanation, Trial, ranked, shared, trial_of
-from ksmea.fits.fitting import PATH_ITERATIONS, Fit, start_nearby, without_effects
+from ksmea.fits.fitting import Fit, start_nearby, without_effects
+from ksmea.fits.path_fits import PATH_ITERATIONS
 from ksmea.fits.stable_fits import stable_fit
 from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of
@@ -50,7 +51,7 @@ def cosines_with(lead: Explanation, trials: Sequence[Trial], workers: Workers = 
 
 
 def _others(lead: Explanation, trials: Sequence[Trial]) -> list[Trial]:
-    """Those of other effects than a single one; those at other places too than the effects of a pair."""
+    """Trials of other effects than a single one; of a pair also its effects at other places."""
     if len(lead.applied) == 1:
         return [trial for trial in trials if trial.name not in lead.names]
     return [trial for trial in trials if trial.candidate not in lead.applied]
@@ -67,7 +68,7 @@ def collinearities(lead: Explanation, trials: Sequence[Trial], cosines: Cosines)
 def tested(
     lead: Explanation, trials: Sequence[Trial], cosines: Cosines, baseline: Fit, workers: Workers = ALONE
 ) -> list[Trial]:
-    """The trials, those again whose collinearity with the best explanation promises a better fit than they have, highest ΔBIC
+    """The trials, those again whose collinearity with the best explanation predicts a better fit than they have, highest ΔBIC
     first. Processes share them."""
 
     def again(trial: Trial) -> Trial:
@@ -90,8 +91,8 @@ def promises(lead: Explanation, collinearity: float, n_unknown: int) -> bool:
 
 
 def _collinearity(lead: Explanation, trial: Trial, cosines: Cosines) -> float:
-    """By sensitivities, or where an effect is curved by what its fit has reached, since its deviance drop is cos² of that of
-    the best."""
+    """By sensitivities, or where an effect is curved by what its fit has reached, since its deviance drop is cos² of the best
+    one's."""
     reached = np.sqrt(min(trial.deviance_drop / lead.deviance_drop, 1.0))
     return float(max(reached, cosines[trial.name, trial.location]))
 

@@ -151,7 +151,7 @@ def each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> lis
     second effect lifts a first one out of a lower maximum that it was left in, which is not evidence for the second one."""
     if len(best.applied) < 2:
         return []
-    better = [_from_pair(trial, best.fit, baseline, len(trials)) for trial in trials if trial.candidate in best.applied]
+    better = [_from_pair(trial, best, baseline, len(trials)) for trial in trials if trial.candidate in best.applied]
     lifted = [trial for trial in better if trial is not None]
     if not lifted:
         return []
@@ -159,10 +159,12 @@ def each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> lis
     return ranked([*lifted, *(trial for trial in trials if trial.candidate not in anew)])
 
 
-def _from_pair(trial: Trial, pair: Fit, baseline: Fit, n_candidate: int) -> Trial | None:
+def _from_pair(trial: Trial, best: Explanation, baseline: Fit, n_candidate: int) -> Trial | None:
     """A trial fitted from the values of a pair; None unless that fit is better and stable."""
-    problem, known = trial.fit.problem, dict(zip(pair.problem.parameters.names, pair.x))
-    x = np.array([known.get(name, 0.0) for name in problem.parameters.names])
+    problem, d = trial.fit.problem, len(baseline.u)
+    ends = np.cumsum([d, *(len(each.effect.parameters(baseline.problem.machine)) for each in best.applied)])
+    place = best.applied.index(trial.candidate)
+    x = np.append(best.fit.x[:d], best.fit.x[ends[place] : ends[place + 1]])
     fit = fit_from_values(baseline.case.by(problem), x)
     if fit.deviance > trial.fit.deviance - BETTER or not problem.is_stable(fit.x):
         return None

@@ -6,6 +6,7 @@ low: the penalty of BIC for further unknowns is not evidence in the data.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -20,18 +21,20 @@ from ksmea.fits.fitting import (
     TRIAL_ITERATIONS,
     BaselineFits,
     Fit,
-    fit_along,
+    finished,
     fit_by_elimination,
     fit_from,
     fit_from_points,
     fit_from_scan,
     fit_on,
     least_deviance,
+    maxima_from,
     nearby,
     promised_from,
     start_nearby,
     without_effects,
 )
+from ksmea.fits.path_fits import fit_along, projected_starts
 from ksmea.fits.search import Effort, Search
 from ksmea.fits.stable_fits import stable_fit
 from ksmea.location.force_start import can_recover, starts_from_force
@@ -40,6 +43,7 @@ from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.problem import Problem
 
 TIE = 0.1  # of ΔBIC: trials that are as near as this go by name, so that rounding chooses no first one
+EXCHANGED = 6  # effects whose unknowns the fits of all others start from
 FAR = 50.0  # above the deviance of the most promising trial: fits that end there are no rivals, and need no end
 
 
@@ -203,6 +207,40 @@ def refined(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> 
     return ranked(better)
 
 
+def exchanged(
+    trials: Sequence[Trial], baseline: BaselineFits, search: Search, is_first: bool = True
+) -> list[Trial]:
+    """The trials, each with the better of its fit and further ones to the end, from the unknowns that the best `EXCHANGED` effects
+    have, and in a first exchange those of these effects from a screening by variable projection. A trial whose response may jump only if it is a rival."""
+    leads = list(best_by_name(trials).values())[:EXCHANGED]
+    starts = [trial.fit for trial in leads]
+    ceiling = min(trial.fit.deviance for trial in trials) + FAR
+
+    def again(trial: Trial) -> Trial:
+        jumps = trial.fit.problem.parameters.makes_jumps
+        if jumps and trial.fit.deviance > ceiling:
+            return trial
+        fit, without = finished(trial.fit), baseline.best
+        with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
+            other = stable_fit(fit_from(fit, starts, baseline, search.effort), start_nearby(fit.problem, without))
+            further = _by_projection(fit, without, search.effort) if is_first and trial in leads and not jumps else []
+            fit = min(fit, other, *further, key=lambda each: each.deviance)
+        return trial_of(trial.candidate, fit, without, len(trials))
+
+    return ranked(shared(again, trials, search.workers))
+
+
+def _by_projection(fit: Fit, without: Fit, effort: Effort) -> list[Fit]:
+    """The best fit from a screening by variable projection, if its rotor is stable."""
+    d = without.likelihood.d
+    points = projected_starts(fit.case, without.noise, d, effort)
+    if not len(points):
+        return []
+    effort = dataclasses.replace(effort, survivors=len(points))
+    best = Fit(fit.likelihood, maxima_from(fit.likelihood, [fit.likelihood.start(u) for u in points], effort)[0])
+    return [best] if best.problem.is_stable(best.x) else []
+
+
 def shared(search: Callable[[Trial], Trial], trials: Sequence[Trial], workers: Workers) -> list[Trial]:
     """Searches for better fits of trials, shared among processes."""
     return workers.each(
@@ -310,7 +348,7 @@ class Explanation:
 
     @property
     def has_sizes(self) -> bool:
-        """Whether each of its effects has a size within its limits: one that ends where it does nothing, or on a limit, is no part of an
+        """Whether each of its effects has a size within its limits: one that ends where it does nothing, or on a limit, does not belong to an
         explanation. Of limits at 0, as of a mass or a loss factor, fewer than half may be met."""
         n = len(self.fit.u) - self.n_unknown
         u, zero = self.fit.u[n:], without_effects(self.fit.problem, n)

@@ -18,7 +18,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices, Mask
 from ksmea.fits.elimination import eliminated
 from ksmea.fits.search import Effort, Search
-from ksmea.fits.starts import scan_values, scanned, screened, screened_at, screened_both_ways
+from ksmea.fits.starts import scan_values, scanned, screened, screened_both_ways
 from ksmea.inference.intervals import Estimate, estimate
 from ksmea.inference.maximisation import (
     best_maxima,
@@ -53,8 +53,6 @@ TRIAL_ITERATIONS = 100  # at most: fits that explain the data end by 60, and the
 # Expected fall of the deviance at which fits of trials end; of data that are off by many times their known noise, in parts of
 # the mean square of what is left.
 END = 1e-4
-PATH_ITERATIONS = 4  # of each fit on a path of values
-LAST_DECADE = 0.1  # of the last value of a path, from where on its values are screened
 
 
 @dataclass(frozen=True)
@@ -152,7 +150,7 @@ def fit_baseline(case: Case, search: Search, likelihood: Likelihood | None = Non
     likelihood = likelihood or likelihood_of(case)
     apart = [*found.apart(effort.starts, START_DISTANCE).points, *of_shape.apart(OF_SHAPE, START_DISTANCE).points]
     starts = [likelihood.start(u) for u in apart]
-    maxima = [with_best_noise(likelihood, point) for point in _maxima(likelihood, starts, effort)]
+    maxima = [with_best_noise(likelihood, point) for point in maxima_from(likelihood, starts, effort)]
     maxima.sort(key=lambda point: point.deviance)
     fits = [Fit(likelihood, point) for point in maxima]
     return BaselineFits(fits[0], tuple(fits[1:]), found)
@@ -230,29 +228,6 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
     return np.concatenate([baseline.u, without_effects(problem, d), baseline.point.theta[d:]])
 
 
-def fit_along(case: Case, baseline: BaselineFits, path: Array, effort: Effort) -> Fit:
-    """Fit of an effect with one unknown from the best points on a path and of screenings.
-
-    The path consists of fits at values (n, 1) SI of the effect's unknown, each from the end of the last one, the first from the
-    fit of the baseline model. Screenings are made at the values of the last decade.
-    """
-    likelihood, d = likelihood_of(case), baseline.best.likelihood.d
-    item = case.problem.parameters.items[d]
-    values = (path - item.lower) / (item.upper - item.lower)
-    theta = start_nearby(case.problem, baseline.best)
-    points: list[Point] = []
-    for value in values:
-        theta = np.concatenate([theta[:d], value, theta[d + 1 :]])
-        points.append(maximise(likelihood, theta, fixed=d, max_iterations=PATH_ITERATIONS, tolerance=1e-2))
-        theta = points[-1].theta
-    best = sorted(points, key=lambda point: point.deviance)[: effort.survivors]
-    last = values[np.abs(path[:, 0]) >= LAST_DECADE * np.abs(path[-1, 0])]
-    screened = screened_at(case, baseline.screened.thinned(effort.scan), last)
-    starts = [likelihood.start(u) for u in screened.apart(effort.starts, START_DISTANCE).points]
-    points = [maximise(likelihood, point.theta, tolerance=1e-4) for point in best] + _maxima(likelihood, starts, effort)
-    return Fit(likelihood, min(points, key=lambda point: point.deviance))
-
-
 def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
     """The better of a fit and further ones of its problem: from the best points of screenings at values of the effects all over
     their limits that come nearer to the data than the fit, and from other maxima of the baseline model; left after the first
@@ -266,7 +241,7 @@ def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: flo
     starts += list(found.below(misfit).apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
     if not starts:
         return fit
-    maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
+    maxima = maxima_from(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
     return min(fit, Fit(likelihood, maxima[0]), key=lambda each: each.deviance)
 
 
@@ -284,7 +259,7 @@ def fit_from_points(case: Case, points: Array, effort: Effort, ceiling: float, b
     """Fit of a case from points (n, d) of the unit cube."""
     likelihood = likelihood_of(case)
     starts = [likelihood.start(u) for u in points]
-    return Fit(likelihood, _maxima(likelihood, starts, effort, ceiling, below)[0])
+    return Fit(likelihood, maxima_from(likelihood, starts, effort, ceiling, below)[0])
 
 
 def fit_from(fit: Fit, starts: Sequence[Fit], baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
@@ -298,7 +273,7 @@ def fit_from(fit: Fit, starts: Sequence[Fit], baseline: BaselineFits, effort: Ef
     if not others:
         return fit
     points = [likelihood.start(u) for u in others]
-    found = Fit(likelihood, _maxima(likelihood, points, effort, ceiling, fit.deviance)[0])
+    found = Fit(likelihood, maxima_from(likelihood, points, effort, ceiling, fit.deviance)[0])
     return min(fit, found, key=lambda each: each.deviance)
 
 
@@ -329,13 +304,15 @@ def _tried(
     return maximise(likelihood, start, max_iterations=max_iterations, tolerance=tolerance, ceiling=below)
 
 
-def _maxima(
+def maxima_from(
     likelihood: Likelihood,
     starts: Sequence[Array],
     effort: Effort,
     ceiling: float = np.inf,
     below: float = np.inf,
 ) -> list[Point]:
+    """Different maxima of a likelihood from starts θ, highest first; left where all have a deviance above `ceiling` after the first
+    iterations."""
     return best_maxima(
         likelihood,
         starts,

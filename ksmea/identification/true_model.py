@@ -61,7 +61,7 @@ def most_likely(model: Model, measurement: Measurement, start: Array) -> tuple[A
     """The maximum (d,) nearest to a point of the unit cube and its deviance, with the noise estimated along where its
     level is not known; None if the model's budget does not admit a step.
 
-    Without noise there is not a likelihood: least squares then, and their misfit.
+    Without noise there is no likelihood: least squares then, and their misfit.
     """
     misfit = Misfit(measurement, "likelihood")
     if model.is_spent:

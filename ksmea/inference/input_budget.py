@@ -18,8 +18,7 @@ import scipy
 
 from ksmea.arrays import Array, Indices, Mask
 from ksmea.likelihood.fisher import UNKNOWABLE, Point
-from ksmea.problem.parameters import Parameters
-from ksmea.records.inputs import SEEN
+from ksmea.problem.parameters import SEEN, Parameters
 
 LEVEL = 0.01  # chance of a contradiction anywhere where all statements hold
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from ksmea.arrays import Indices
 from ksmea.errors import SettingError
+from ksmea.measurement.speeds import SpeedHistory
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 RUN_DIRECTIONS = ("up", "down", "steady")  # which way the speed goes in a run
@@ -104,13 +105,15 @@ class UnknownWeight:
 
 @dataclass(frozen=True)
 class Run:
-    """One run: how many speeds it has, and the weights that the shaft carried. `direction`: one of `RUN_DIRECTIONS`, or nothing."""
+    """One run: how many speeds it has, and the weights that the shaft carried. `direction`: one of `RUN_DIRECTIONS`, or nothing.
+    `history`: the course of its speed; None if not known, or in steady states."""
 
     name: str
     n_speed: int
     weights: tuple[Weight, ...] = ()
     direction: str = ""
     unknown_weights: tuple[UnknownWeight, ...] = ()
+    history: SpeedHistory | None = None
 
     @property
     def all_weights(self) -> tuple[Weight | UnknownWeight, ...]:

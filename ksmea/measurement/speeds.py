@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -46,6 +47,16 @@ def common_speeds(speed: Array, rows: Sequence[slice]) -> Indices:
 ACCELERATION = "acceleration"  # the unknown that is the rate of a sweep
 DIRECTIONS = ("run-up", "coast-down")
 CONSTANT = 0.2  # of the mean rate, by which the rates of the two halves of a run may differ
+CLOSED_FORM = 0.02  # of the rate: as far as the closed form of a swept response may be off (docs/diagnosis.md)
+
+
+def rate_name(run: str) -> str:
+    """The unknown that is the rate of one run of a campaign, as one word.
+
+    >>> rate_name("coast-down.2")
+    'acceleration_coast_down_2'
+    """
+    return "_".join([ACCELERATION, *re.findall(r"\w+", run)])
 
 
 @dataclass(frozen=True)
@@ -61,6 +72,14 @@ class SpeedHistory:
     def rate(self) -> float | None:
         """The mean rate, rad/s², negative in a coast-down."""
         return None if self.rates is None else sum(self.rates) / 2
+
+    @property
+    def sd(self) -> float | None:
+        """Standard deviation of the rate from times, rad/s²: half of the difference between the halves, as the rate at a critical speed
+        may be that of either, and the error of the closed form. None without times."""
+        if not self.from_times or self.rates is None or self.rate is None:
+            return None
+        return float(np.hypot((self.rates[1] - self.rates[0]) / 2, CLOSED_FORM * self.rate))
 
     @property
     def is_constant(self) -> bool:

@@ -25,6 +25,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 Item = TypeVar("Item")
@@ -274,3 +275,25 @@ class _Reader(pickle.Unpickler):
 
     def persistent_load(self, number: int) -> object:
         return self._known[number]
+
+
+def descendants(process: int) -> list[int]:
+    """Numbers of all processes below one; empty on a system that does not list them in /proc (proc(5), children)."""
+    found: list[int] = []
+    pending = [process]
+    while pending:
+        for path in Path("/proc", str(pending.pop()), "task").glob("*/children"):
+            try:
+                children = [int(each) for each in path.read_text(encoding="ascii").split()]
+            except (OSError, ValueError):  # it has ended meanwhile
+                continue
+            found += children
+            pending += children
+    return found
+
+
+def end(processes: Iterable[int]) -> None:
+    """Kill processes, as far as they are there and may be killed."""
+    for process in processes:
+        with suppress(ProcessLookupError, PermissionError):
+            os.kill(process, signal.SIGKILL)

@@ -68,6 +68,15 @@ class Effect(Settings, Generic[Seen]):
         """This effect at each possible location of the problem; empty if there is no such location. Default: this effect alone."""
         return (self,)
 
+    def kin(self, problem: Seen) -> Sequence[Self]:
+        """Wider forms of this effect, such as a bow in two shapes, with other values of what the model has: if this effect explains the
+        data, those that do so as well are further explanations by its name. Default: empty."""
+        return ()
+
+    def caveat(self, problem: Seen) -> str:
+        """Remark for a diagnosis that names it, a sentence that follows its name and a colon. Default: empty, no remark."""
+        return ""
+
     def is_offered(self, problem: Seen) -> bool:
         """Whether it is tried on a problem even if its name is not given. Default: True."""
         return True

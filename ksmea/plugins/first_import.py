@@ -15,13 +15,14 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from ksmea.errors import PluginFailure, shortened
-from ksmea.numerics.parallel import CAN_FORK
+from ksmea.numerics.parallel import CAN_FORK, descendants, end
 
 SECONDS = "KSMEA_IMPORT_SECONDS"  # environment variable: how long an import may take
 MOST_SECONDS = 60.0
@@ -83,6 +84,7 @@ def _try(load: Callable[[], object], writing: int) -> None:
     except BaseException as error:
         said = shortened(f"{type(error).__name__}: {error}", LONGEST_REASON).encode()
     finally:
+        end(descendants(os.getpid()))
         with suppress(OSError):
             os.write(writing, said)
         os._exit(0)
@@ -94,8 +96,7 @@ def _reason(noun: str, child: int, reading: int, seconds: float | None) -> str:
         has_answer = bool(select.select([reading], [], [], seconds)[0])
         said = os.read(reading, 4 * LONGEST_REASON).decode(errors="replace") if has_answer else None
     finally:
-        with suppress(ProcessLookupError):
-            os.kill(child, signal.SIGKILL)
+        end([*descendants(child), child])
         _, status = os.waitpid(child, 0)
     if said is None:
         return f"its {noun} did not end within {seconds:g} s ({SECONDS} sets another limit)"
@@ -103,6 +104,18 @@ def _reason(noun: str, child: int, reading: int, seconds: float | None) -> str:
         return "" if said == "." else said
     ended = os.waitstatus_to_exitcode(status)
     return f"its {noun} ended the process by {signal.Signals(-ended).name if ended < 0 else f'exit code {ended}'}"
+
+
+@contextmanager
+def without_children() -> Iterator[None]:
+    """Processes that are started in the block end with it; that of multiprocessing which tracks resources stays."""
+    before = descendants(os.getpid())
+    try:
+        yield
+    finally:
+        tracker = getattr(resource_tracker, "_resource_tracker", None)
+        kept = {*before, getattr(tracker, "_pid", None)}
+        end(each for each in descendants(os.getpid()) if each not in kept)
 
 
 @contextmanager

@@ -226,7 +226,7 @@ class CampaignProblem(ProblemProxy):
         found = []
         for run, rows in zip(self.seen_in.runs, self.seen_in.rows):
             if run.n_speed:
-                problem = self._weighted(self.base.going(run.direction).at(self.speed[rows], self.channels), run)
+                problem = self._weighted(self.base.going(run).at(self.speed[rows], self.channels), run)
                 seen = problem if self.near is None else problem.next_to(self.near[rows])
                 found.append((rows, self._columns(run, problem.parameters.names), seen))
         return tuple(found)

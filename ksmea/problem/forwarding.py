@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.measurement.campaign import Run
 from ksmea.measurement.channel import Channel
 from ksmea.problem.load import Load
 from ksmea.problem.problem import Problem
@@ -29,8 +30,8 @@ class ProblemProxy(Problem):
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         return self.around(self.behind.at(speed, channels))
 
-    def going(self, direction: str) -> Problem:
-        return self.around(self.behind.going(direction))
+    def going(self, run: Run) -> Problem:
+        return self.around(self.behind.going(run))
 
     def next_to(self, motion: ComplexArray) -> Problem:
         return self.around(self.behind.next_to(motion))

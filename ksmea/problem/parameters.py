@@ -25,6 +25,9 @@ def name_at(name: str, place: str) -> str:
     return "_".join([name, *re.findall(r"\w+", place)])
 
 
+SEEN = 0.98  # of a prior's standard deviation: numbers that are known less well afterwards are not seen by the data
+
+
 @dataclass(frozen=True)
 class Prior:
     """The Gaussian distribution of a number before any measurement, SI: as drawings, catalogues and calibrations state it."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
-from ksmea.measurement.campaign import Campaign
+from ksmea.measurement.campaign import Campaign, Run
 from ksmea.measurement.channel import Channel
 from ksmea.numerics.differences import CUBE_STEP, differenced
 from ksmea.problem.load import Load
@@ -161,8 +161,8 @@ class Problem(ABC):
         90° within ± `at_most` (kg m). Default: not supported."""
         raise self._refusal("takes an unknown weight", "give the weight's g_mm")
 
-    def going(self, direction: str) -> Problem:
-        """The problem for one run of a campaign whose speed goes up, down, is steady, or '' if not known. Default: unchanged."""
+    def going(self, run: Run) -> Problem:
+        """The problem as the speed goes in one run of a campaign. Default: unchanged."""
         return self
 
     def next_to(self, motion: ComplexArray) -> Problem:

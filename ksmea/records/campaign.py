@@ -20,11 +20,13 @@ class MovedRecord(Record):
 
 @dataclass(frozen=True)
 class BothWaysRecord(Record):
-    """`p` of as large a disagreement under a right model, by χ² with so many degrees of freedom."""
+    """`p` of as large a disagreement under a right model, by χ² with so many degrees of freedom. `shows_machine`: runs differ by
+    their weights or by unknowns of their own; else only by the sweep of the speed, or by a change between runs."""
 
     p: float
     degrees: int
     moved: tuple[MovedRecord, ...] = ()
+    shows_machine: bool = True
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+from ksmea.problem.parameters import SEEN
 from ksmea.units import OfUnknown, Part, Quantity
 
 Share = Annotated[tuple[str, float], Quantity("name, part of the variance")]
@@ -45,6 +46,3 @@ class Origin:
     @property
     def of_inputs(self) -> Part:
         return self.sd_inputs**2 / (self.sd_noise**2 + self.sd_inputs**2)
-
-
-SEEN = 0.98  # of a stated standard deviation: numbers that are known less well afterwards are not seen by the data

@@ -1,6 +1,6 @@
 """The record of a location: where something acts that a model lacks, and what it does there.
 
-Lengths are in m, speeds in rad/s; values of unknowns in the unit that stands beside them. Of complex numbers over speed
+Lengths are in m, speeds in rad/s; values of unknowns in the unit given with them. Of complex numbers over speed
 there are real and imaginary parts under Re(f e^{iΩt}), with the ends of their intervals.
 """
 
@@ -93,7 +93,7 @@ class StiffnessRecord(Record):
 
 @dataclass(frozen=True)
 class ForceRecord(Record):
-    """What acts at the best site: that of the best law, where one holds; `work` in J per turn, above 0 where it feeds the motion, and `stiffness` of a force."""
+    """Action at the best site, which is the site of the best law if one holds; `work` in J per turn, above 0 where it feeds the motion, and `stiffness` of a force."""
 
     kind: str
     position: Length
@@ -137,7 +137,7 @@ class LawRecord(Record):
 
 @dataclass(frozen=True)
 class CoefficientsRecord(Record):
-    """An unknown of the model: as the plain model has it, at the best site, and with an interval that holds those of all
+    """An unknown of the model: as the plain model has it, at the best site, and with an interval that covers all
     accepted sites."""
 
     name: str
@@ -148,7 +148,7 @@ class CoefficientsRecord(Record):
 
 @dataclass(frozen=True)
 class LocationRecord(Record):
-    """`kind` is that of the best site, nothing where the plain model is enough, or none where nothing that was tried
+    """`kind` belongs to the best site, nothing where the plain model is enough, or none where nothing that was tried
     explains the data. That is where the best law holds, or else the one that leaves least. `candidates` are ordered: the
     accepted ones first, and of these the one that leaves least. `extension` is the model with the best law as part of it,
     `predictive_gain` that over the model without."""
@@ -198,7 +198,7 @@ class LocationRecord(Record):
 
     @property
     def law_status(self) -> str:
-        """What null for the law stands for: laws are sought where some place explains the data and, in a diagnosis, no effect does."""
+        """Meaning of a missing law: laws are sought where some place explains the data and, in a diagnosis, no effect does."""
         return "found" if self.law else "none holds" if self.laws else "not sought"
 
     @property
@@ -209,7 +209,7 @@ class LocationRecord(Record):
 
     @property
     def sites(self) -> tuple[SiteRecord, ...]:
-        """Those that are accepted, best first; none where nothing is missing."""
+        """Accepted sites, best first; none where nothing is missing."""
         return () if self.kind == NOTHING else tuple(each for each in self.candidates if each.accepted)
 
     def accepts(self, position: float) -> bool:
@@ -237,7 +237,7 @@ class LocationRecord(Record):
     @property
     def is_spread(self) -> bool:
         """Whether something unknown explains the data at so many places that none of them is where it acts: what acts all along the
-        shaft is often done as well by a force at most places and a moment at others. Fewer than most may be told apart by a law that
+        shaft is often done as well by a force at most places and a moment at others. Fewer than most may be distinguished by a law that
         holds at few of them alone."""
         places = {each.position for each in self.sites if each.kind in (FORCE, MOMENT, LATERAL)}
         if self.is_anywhere or len(places) < FEWEST_SPREAD or self.share_of_places < MAX_PLACES:

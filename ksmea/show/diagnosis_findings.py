@@ -1,6 +1,6 @@
 """Findings of a diagnosis in words, as its text and its page say them: title, meaning, certainty, checks, and other explanations.
 
-Noise that an explanation needs, as a multiple of that of the best one, is exp(Δ/2n) if the noise is estimated, and √(1 + Δ/χ²) if it
+Noise that an explanation needs, relative to the best one, is exp(Δ/2n) if the noise is estimated, and √(1 + Δ/χ²) if it
 is known: Δ is the rise of the deviance above the best one, n the number of real data, and χ² the weighted sum of squares of the best
 one. Both are ratios of the rms residual; the likelihood of n data of one unknown variance is n ln s².
 """
@@ -71,7 +71,7 @@ def title(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
 
 
 def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
-    """What the title means for the model, in one or two sentences."""
+    """Meaning of the title for the model, in one or two sentences."""
     test = record.lack_of_fit
     if record.verdict == MISREAD:
         return f"{_capital(record.reading)}. Read so, the residuals are consistent with noise ({chance(test.before)}). The values below are of data read so."
@@ -83,7 +83,7 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     if not record.is_explained:
         largest = f"They are largest {where(test.before, notation)}"
         if beside(record):
-            return f"{rejected}. {largest}. The values below hold beside it, whatever it is."
+            return f"{rejected}. {largest}. The values below hold whatever it is."
         return f"{rejected}. {largest}. Its values below are those of a wrong model."
     with_cause = "" if test.after is None else f" With {'it' if len(record.applied) == 1 else 'both'} the residuals are consistent with noise ({chance(test.after)})."
     doubt = ""
@@ -115,7 +115,7 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
 
 
 def checks(record: DiagnosisRecord) -> list[str]:
-    """What to check on the machine, a sentence for each effect that is named or may be."""
+    """Checks on the machine, a sentence for each effect that is named or may be."""
     effects = record.applied if record.verdict != AMBIGUOUS else [each.effects[0] for each in record.explanations[:2]]
     stated = [effect.statement for effect in effects if effect.statement is not None] if record.is_explained else []
     return list(dict.fromkeys(each.advice for each in stated if each.advice))
@@ -137,7 +137,7 @@ def others(record: DiagnosisRecord) -> list[Other]:
 
 
 def as_given(record: DiagnosisRecord) -> float | None:
-    """The noise that the model as given needs, as a multiple of that of the best explanation; None without one."""
+    """The noise that the model as given needs, relative to the best explanation; None without one."""
     best = _best(record)
     return None if best is None or record.curves is None else _needed(record, best[0])
 
@@ -172,7 +172,7 @@ def file_line(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
 
 def values(record: DiagnosisRecord) -> pd.DataFrame:
     """Unknowns by the accepted model: value, interval, relative half-width, and how far the cause moved them; of a cause that is
-    located those beside it. A rejected model has values alone: intervals of a wrong model mislead."""
+    located the ones fitted with it. A rejected model has values alone: intervals of a wrong model mislead."""
     averaged = averaged_values(record)
     rows = [
         {"": each.name, "value": value, "95 %": interval, "±": relative, "unit": each.unit}
@@ -199,7 +199,7 @@ def values(record: DiagnosisRecord) -> pd.DataFrame:
 
 
 def beside(record: DiagnosisRecord) -> list[EstimateRecord]:
-    """Unknowns beside something unknown that is located, with intervals over all its places; empty for other verdicts."""
+    """Unknowns fitted with something unknown that is located, with intervals over all its places; empty for other verdicts."""
     if record.verdict != LOCATED or record.location is None:
         return []
     return [each.over_sites for each in record.location.coefficients if each.over_sites is not None]
@@ -327,7 +327,7 @@ def _best(record: DiagnosisRecord) -> tuple[float, float] | None:
 def _needed(record: DiagnosisRecord, rise: float) -> float:
     """Noise that an explanation needs, relative to the best one, whose deviance is lower by `rise`."""
     curves, after = record.curves, record.lack_of_fit.after
-    assert curves is not None, "others() asks for curves"
+    assert curves is not None, "others() needs curves"
     n = len(curves.speed) * len(curves.channels) * (2 if _has_phase(curves) else 1)
     if record.noise.known and after is not None:
         return math.sqrt(1 + max(rise, 0.0) / (n * max(after.reduced_chi2, 1e-12)))

@@ -1,4 +1,4 @@
-"""The tables of a diagnosis as text and pages show them: every number as its interval lets it be told, '–' where there is none."""
+"""The tables of a diagnosis as text and pages show them: numbers to the digits that their intervals support, '–' for missing ones."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def trials_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
 
 
 def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
-    """Every unknown of the model as given; beside it, where an extension explains the data, with that (`after`), with the
-    extension's own, and averaged over all explanations where there are several. Intervals are those of models that are not rejected."""
+    """Every unknown of the model as given; if an extension explains the data, also with that (`after`), with the
+    extension's own, and averaged over all explanations where there are several. Intervals belong to models that are not rejected."""
     if all(row.after is None for row in record.coefficients):
         own = [row.before for row in record.coefficients if row.before is not None]
         if record.is_rejected:
@@ -99,7 +99,7 @@ def _evidence(trial: TrialRecord) -> list[str]:
 
 
 def _cell(estimated: EstimateRecord | None, *, with_interval: bool = True) -> str:
-    """A value, with its interval unless the model is rejected: that of a wrong model misleads."""
+    """A value, with its interval unless the model is rejected: intervals of a wrong model mislead."""
     if estimated is None:
         return "–"
     return with_ends(estimated.value, estimated.low, estimated.high) if with_interval else number(estimated.value)
@@ -114,12 +114,12 @@ def _unit(*estimated: EstimateRecord | None) -> str:
 
 
 def is_rejected(record: DiagnosisRecord) -> bool:
-    """Whether neither the model as given nor one with effects is believed."""
+    """Whether neither the model as given nor one with effects is accepted."""
     return record.verdict in ("unknown", "located")
 
 
 def values_beside(record: DiagnosisRecord) -> list[str]:
-    """Unknowns beside something unknown, which hold whatever its cause: of a cause that is located, or ambiguous."""
+    """Unknowns fitted with something unknown, which hold whatever its cause: of a cause that is located, or ambiguous."""
     if record.location is None or record.verdict not in ("located", "ambiguous") or not record.location.is_local:
         return []
     return [f"Values whatever the cause is:\n{table}" for table in location_text.coefficients(record.location)]

@@ -47,6 +47,7 @@ from ksmea.units import RPM
 
 BEFORE = 'those "before"'  # the fit of the model as given, in words
 AFTER = 'those "after", of the extended model'
+MAX_LOCATIONS = 4  # listed, at which an effect explains the data about as well
 AVERAGED = 'those "averaged", over all that explain the data about as well'
 MAX_RANKED = 6  # effects that the text lists
 FEWEST_TO_LOCATE = 3  # channels: an unknown force takes two at each speed
@@ -252,8 +253,9 @@ def _cause(record: DiagnosisRecord) -> str:
 
 
 def _locations(record: DiagnosisRecord) -> list[str]:
-    many = len(record.locations) > 1
-    return [f"The location is not certain: {' or '.join(record.locations)}."] if many else []
+    places, others = record.locations[:MAX_LOCATIONS], len(record.locations) - MAX_LOCATIONS
+    more = f" or {others} others" if others > 0 else ""
+    return [f"The location is not certain: {' or '.join(places)}{more}."] if len(places) > 1 else []
 
 
 def _split(record: DiagnosisRecord) -> list[str]:
@@ -337,7 +339,7 @@ def _listed(record: DiagnosisRecord) -> list[TrialRecord]:
 
 
 def _ranking(record: DiagnosisRecord) -> str:
-    """The highest-ranked effects with their evidence; intervals of their sizes only if a model is believed."""
+    """The highest-ranked effects with their evidence; intervals of their sizes only if a model is accepted."""
     if not record.ranking:
         return ""
     table = in_columns(ranking_table(_listed(record), with_intervals=not is_rejected(record)))

@@ -1,4 +1,4 @@
-"""A location in sentences: where something acts that the model lacks, what it does, and the unknowns beside it."""
+"""A location in sentences: where something acts that the model lacks, what it does, and the unknowns fitted with it."""
 
 from __future__ import annotations
 
@@ -51,19 +51,19 @@ def text(record: LocationRecord) -> str:
 
 
 def findings(record: LocationRecord) -> list[str]:
-    """Paragraphs on where something acts, what it does, which law it follows, what that is worth, and the unknowns beside
-    it."""
+    """Paragraphs on where something acts, what it does, which law it follows, what that is worth, and the unknowns fitted
+    with it."""
     return [*findings_without_values(record), *coefficients(record)]
 
 
 def findings_without_values(record: LocationRecord) -> list[str]:
-    """The same without the unknowns."""
+    """`findings` without the unknowns."""
     gain = "" if record.predictive_gain is None else "\n".join(gain_lines(record.predictive_gain))
     return [block for block in (where(record), _what_it_does(record), _laws(record), gain) if block]
 
 
 def about_extension(record: LocationRecord) -> list[str]:
-    """What the file of the extended model says of itself: the law, its place and its coefficients."""
+    """Head of the file of the extended model: the law, its place and its coefficients."""
     extension, law = record.extension, record.law
     if extension is None or law is None:
         return []
@@ -131,7 +131,7 @@ def where(record: LocationRecord) -> str:
 
 
 def _more_channels(record: LocationRecord) -> str:
-    """What would be enough to try forces at two places."""
+    """Number of channels needed to try forces at two places."""
     if record.n_channel is None or record.n_channel >= CHANNELS_OF_PAIR:
         return ""
     return f" Forces at two places take data of {CHANNELS_OF_PAIR} channels or more, these have {record.n_channel}."
@@ -271,7 +271,7 @@ def why_without(others: str, trusted: str = OVER_SITES) -> str:
 
 
 def coefficients(record: LocationRecord) -> list[str]:
-    """The table of unknowns beside what is unknown and without it; empty where nothing is. Intervals are shown only if it is located:
+    """The table of unknowns fitted with the unknown force and without it; empty where nothing is. Intervals are shown only if it is located:
     what is spread over the shaft no force at one place stands for."""
     if record.force is None:
         return []

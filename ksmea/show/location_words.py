@@ -15,7 +15,7 @@ MAX_PAIRS = 8  # of places that a line lists
 
 
 def headline(record: LocationRecord) -> str:
-    """What was located."""
+    """The located cause in short."""
     if record.kind == NOTHING:
         return "The model is enough: nothing needs to be located"
     if record.kind == NONE:
@@ -48,12 +48,12 @@ def place(record: LocationRecord, *positions: float) -> str:
 
 
 def landmark(record: LocationRecord, position: float) -> str:
-    """What sits at a position, in words."""
+    """Landmarks at a position, in words."""
     return ", ".join(name for name, there in record.landmarks.items() if np.isclose(there, position, atol=1e-6))
 
 
 def landmarks(record: LocationRecord, site: SiteRecord) -> str:
-    """What sits at the positions of a site."""
+    """Landmarks at the positions of a site."""
     return " and ".join(name for position in site.positions if (name := landmark(record, position)))
 
 
@@ -72,7 +72,7 @@ def spread(record: LocationRecord, quantity: str) -> str:
 
 
 def law_words(law: LawRecord) -> str:
-    """What it does, as "it opposes the motion like a spring, 2.1 ± 0.2 MN/m, only above 9 ± 1 µm". A record without the key
+    """Action of a law, as "it opposes the motion like a spring, 2.1 ± 0.2 MN/m, only above 9 ± 1 µm". A record without the key
     of its law has its name and sizes."""
     said = _WORDS.get(law.key)
     return said(law) if said else f"it acts as {law.law}: {_sizes(law)}"

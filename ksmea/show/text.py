@@ -221,8 +221,8 @@ DISAGREE = 0.01  # p below which it is said
 
 
 def hausman_lines(record: BothWaysRecord | None) -> Iterator[str]:
-    """One line; none if differences between runs tell nothing."""
-    if record is None:
+    """One line; none where differences between runs show nothing."""
+    if record is None or (record.p >= DISAGREE and not record.shows_machine):
         return
     if record.p >= DISAGREE:
         yield f"joint and by differences between runs agree ({chance(record.p)})"
@@ -231,6 +231,13 @@ def hausman_lines(record: BothWaysRecord | None) -> Iterator[str]:
         f"{each.name} by {number(abs(each.standard_errors), 2)} standard errors to {number(each.value)} {each.unit}"
         for each in record.moved
     )
+    if not record.shows_machine:
+        yield (
+            f"runs differ by more than the model says ({chance(record.p)}): none carried a known weight, so that their differences"
+            " show the sweep of the speed, or a change between runs, and nothing else of the machine: +experiment=diagnose tries a"
+            " sweep if the runs have a direction or time_s; a run with a known weight would show more"
+        )
+        return
     yield (
         f"joint and by differences between runs do not agree ({chance(record.p)}): differences move {moved or 'several a little'};"
         " something alike in all runs, such as runout or a bow, is likely and not in the model: +experiment=diagnose looks for"

@@ -42,9 +42,15 @@ from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
 from ksmea.studies.diagnosis_remarks import (
-    disagreements, effect_record, estimated_record, gain_remarks, reading_of, slips_of, slow_roll_remarks,
-    stated_effects, stated_noise_remarks, sweep_remarks,
-)  # fmt: skip
+    disagreements,
+    effect_record,
+    estimated_record,
+    reading_of,
+    reading_remarks,
+    slips_of,
+    stated_effects,
+    remarks_on,
+)
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.inputs import input_records
@@ -161,23 +167,19 @@ def diagnosis(
     is_locatable = options.locate and not missing_to_locate(case.problem, case.measurement.kind)
     locate = Located(rng, options.location, workers) if is_locatable else None
     found = diagnose(case, effects, search, options.criteria, baseline, locate)
-    stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
-    problem = case.problem
+    problem, stated = case.problem, remarks_on(found, case.measurement)
     remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated)
     record = diagnosis_record(found, fine=report.fine)
     case = found.baseline.case  # with the noise that it goes by
     if locate is not None and record.verdict in WRONG:
-        sites = locate(case)
+        sites, sought = locate(case), options.location
         with_laws = record.verdict == "unknown" and not sites.is_anywhere
-        where = location(
-            case, rng, options=options.location, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites
-        )
+        where = location(case, rng, options=sought, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites)
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
     if report.details and (record.verdict != "located" or _reads_wrong(record)):  # explained data are not misread
         remarks = (*remarks, *slips_of(found, problem, reading))
-    if report.details:
-        remarks = (*remarks, *gain_remarks(found), *slow_roll_remarks(found))
+    remarks = (*remarks, *(reading_remarks(found) if report.details else ()))
     return dataclasses.replace(
         record,
         left_out={**report.left_out, **record.left_out},
@@ -191,7 +193,7 @@ def diagnosis(
 def _read_otherwise(
     found: Misread, problem: Problem, search: Search, options: DiagnosisOptions, report: Report
 ) -> DiagnosisRecord | None:
-    """The diagnosis of data that were misread, which ends the search: read otherwise the model as given leaves noise, and no effect
+    """The diagnosis of data that were misread, which ends the search: read otherwise the residuals of the model as given are noise, and no effect
     could gain more. None if it leaves more: something else is wrong, too."""
     reading, _ = found.best
     case = Case.of(problem, reading.measurement)

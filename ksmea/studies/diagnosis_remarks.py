@@ -1,8 +1,9 @@
 """Remarks and statements of a diagnosis: on noise stated too small or too large, on the rate of a sweep, on names that a location
-contradicts, on data that look misread, on slow roll and gains that are units, and on each effect.
+contradicts, on data that look misread, on slow roll, on a gain that is a unit, and on each effect.
 
-A rate that a diagnosis finds is compared with the one that times or rows give, which the fit has not used. A statement says where an
-effect acts and how much of it there is, at its fitted sizes (`ksmea.records.statement`).
+A rate that a diagnosis finds is compared with the rate that rows give, which the fit does not use, or by its pull with the rate that times
+give, which is known to a tolerance. A statement says where an effect acts and how much of it there is, at its fitted sizes
+(`ksmea.records.statement`).
 """
 
 from __future__ import annotations
@@ -12,15 +13,17 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from ksmea.arrays import Array
 from ksmea.diagnosis.diagnosis import Criteria, Diagnosis
 from ksmea.diagnosis.trials import Candidate
 from ksmea.fits.fitting import Fit
 from ksmea.fits.lack_of_fit import fit_quality, is_size_alone, is_stated_too_large
+from ksmea.inference.input_budget import critical_pull
 from ksmea.inference.intervals import Estimate
 from ksmea.measurement.measurement import Measurement
-from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
+from ksmea.measurement.speeds import ACCELERATION, SpeedHistory, rate_name
 from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
 from ksmea.records.estimate import EstimateRecord
@@ -35,6 +38,12 @@ GAIN = "channel_gain"  # the effect whose size may be a unit
 SLOW = 0.3  # of the first critical speed: below, a shaft follows its unbalance by less than 10 % of the eccentricity
 FEWEST_SLOW = 3  # rows there that a slow-roll vector is read from
 CHANCE = 0.0027  # beyond 3 σ, shared by all probes, of a vector that noise alone makes
+
+
+def remarks_on(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
+    """Remarks on stated noise, on the rate of a sweep, and of the named effects."""
+    noise, sweep = stated_noise_remarks(found, measurement), sweep_remarks(found, measurement)
+    return (*noise, *sweep, *caveats(found))
 
 
 def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
@@ -63,8 +72,25 @@ def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[st
     return ()
 
 
-def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, ...]:
-    """Whether the two rates agree, and whether the speed went at a constant one; nothing where no rate is known."""
+def caveats(found: Diagnosis) -> tuple[str, ...]:
+    """Remarks of the named effects."""
+    machine, applied = found.baseline.problem.machine, found.applied if found.named else ()
+    said = {each.name: each.effect.caveat(machine) for each in applied}
+    return tuple(f"{name}: {caveat}" for name, caveat in said.items() if caveat)
+
+
+def sweep_remarks(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
+    """Remarks on the rate of each run; none where no rate is known."""
+    if measurement.campaign is None:
+        return _rate_remarks(found, measurement.history, ACCELERATION)
+    runs = measurement.campaign.runs
+    return tuple(
+        f"run {run.name}: {remark}" for run in runs for remark in _rate_remarks(found, run.history, rate_name(run.name))
+    )
+
+
+def _rate_remarks(found: Diagnosis, history: SpeedHistory | None, name: str) -> tuple[str, ...]:
+    """Whether a fitted rate and that of times or rows agree, and whether the speed went at a constant one."""
     if history is None or history.rates is None or history.rate is None:
         return ()
     given = "the times give" if history.from_times else "the rows, if each is a turn of the shaft, give"
@@ -75,14 +101,20 @@ def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, 
             f"{given} {first:.3g} rpm/s in the first half of the run and {second:.3g} rpm/s in the second: a sweep at a constant"
             " rate is an approximation"
         )
-    if found.best is None or found.best_estimate is None or ACCELERATION not in found.best.problem.parameters.names:
+    if found.best is None or found.best_estimate is None or name not in found.best.problem.parameters.names:
         return tuple(said)
-    index = found.best.problem.parameters.names.index(ACCELERATION)
+    index = found.best.problem.parameters.names.index(name)
     interval, rate = found.best_estimate.intervals[index], found.best_estimate.x[index]
+    prior, spread = found.best.problem.parameters.items[index].prior, ""
     agree = interval.low <= history.rate <= interval.high
+    if prior is not None:
+        sd = (interval.high - interval.low) / (2 * scipy.stats.norm.isf((1 - found.interval_level) / 2))
+        learnt = np.sqrt(max(prior.sd**2 - sd**2, 0.0))
+        agree, spread = abs(rate - prior.value) <= critical_pull(1) * learnt, f" ± {prior.sd / RPM:.2g}"
     verdict = "they agree" if agree else "they disagree, as where the model lacks something besides the sweep"
     fitted = f"{rate / RPM:.3g} [{interval.low / RPM:.3g}, {interval.high / RPM:.3g}]"
-    return (*said, f"{given} {history.rate / RPM:.3g} rpm/s, the fit {fitted} rpm/s: {verdict}")
+    fit = "the fit" if prior is None else "the fit with these times"
+    return (*said, f"{given} {history.rate / RPM:.3g}{spread} rpm/s, {fit} {fitted} rpm/s: {verdict}")
 
 
 def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
@@ -157,7 +189,12 @@ def _correlation(whitened: Array, own: range) -> Array:
     return np.asarray(np.clip(covariance / np.outer(sd, sd), -1.0, 1.0))
 
 
-def slow_roll_remarks(found: Diagnosis) -> tuple[str, ...]:
+def reading_remarks(found: Diagnosis) -> tuple[str, ...]:
+    """Remarks on what probes read otherwise than the accepted model has it."""
+    return (*_gain_remarks(found), *_slow_roll_remarks(found))
+
+
+def _slow_roll_remarks(found: Diagnosis) -> tuple[str, ...]:
     """The mean vector of each probe at low speed that the accepted model does not predict, if it exceeds the noise; nothing of
     amplitudes, and without rows below SLOW times the first critical speed."""
     accepted = found.named and found.best is not None
@@ -183,7 +220,7 @@ def slow_roll_remarks(found: Diagnosis) -> tuple[str, ...]:
     )
 
 
-def gain_remarks(found: Diagnosis) -> tuple[str, ...]:
+def _gain_remarks(found: Diagnosis) -> tuple[str, ...]:
     """The unit that a gain of the accepted model is the factor of."""
     if not found.named or found.best is None:
         return ()

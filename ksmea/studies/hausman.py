@@ -15,16 +15,19 @@ import numpy as np
 import scipy
 from scipy import linalg
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, Indices
 from ksmea.fits.repeats import repeats
+from ksmea.fits.starts import EDGE
 from ksmea.inference.maximisation import nearest_maximum
 from ksmea.likelihood.difference_likelihood import DifferenceLikelihood
 from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.campaign import Campaign
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import common_speeds
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
+from ksmea.problem.parameters import PHASE_ORIGIN
 from ksmea.records.campaign import BothWaysRecord, MovedRecord, RepeatsRecord
 
 SHARES = (0.01, 0.98)  # of the information: below, differences tell next to nothing; above, they are all there is
@@ -55,28 +58,34 @@ def both_ways(case: Case, x: Array) -> BothWaysRecord | None:
         by_differences = nearest_maximum(differing, start)
         known = dataclasses.replace(measurement, noise=differing.noise_of(by_differences.theta, measurement))
         joint = nearest_maximum(Likelihood(Model(problem), known if measurement.noise is None else measurement), start)
-        shares, directions = linalg.eigh(by_differences.information[:d, :d], joint.information[:d, :d])
+        free = _within_limits(by_differences.theta[:d], joint.theta[:d])
+        block = np.ix_(free, free)
+        shares, directions = linalg.eigh(by_differences.information[block], joint.information[block])
     except (np.linalg.LinAlgError, ArithmeticError):
         return None
     testable = (shares > SHARES[0]) & (shares < SHARES[1])
     if not np.any(testable):
         return None
     variance = 1 / shares[testable] - 1
-    along = directions[:, testable].T @ joint.information[:d, :d] @ (by_differences.theta[:d] - joint.theta[:d])
+    along = directions[:, testable].T @ joint.information[block] @ (by_differences.theta - joint.theta)[free]
     p = float(scipy.stats.chi2.sf(np.sum(along**2 / variance), np.sum(testable)))
     moved = directions[:, testable] @ along / np.sqrt(directions[:, testable] ** 2 @ variance)  # in standard errors
     compared = np.sum(directions[:, testable] ** 2, axis=1) > MOSTLY * np.sum(directions**2, axis=1)
-    named = [index for index in np.argsort(-np.abs(moved)) if compared[index] and abs(moved[index]) > MOVED]
-    values = problem.parameters.in_units(problem.parameters.to_si(by_differences.theta[:d]))
-    items = problem.parameters.items
-    return BothWaysRecord(
-        p,
-        int(np.sum(testable)),
-        tuple(
-            MovedRecord(items[index].name, items[index].unit, float(values[index]), float(moved[index]))
-            for index in (named if p < DISAGREE else [])
-        ),
-    )
+    named = [at for at in np.argsort(-np.abs(moved)) if compared[at] and abs(moved[at]) > MOVED and p < DISAGREE]
+    values = problem.parameters.in_units(problem.parameters.to_si(by_differences.theta[:d]))[free]
+    items = [problem.parameters.items[index] for index in free]
+    movements = (MovedRecord(items[at].name, items[at].unit, float(values[at]), float(moved[at])) for at in named)
+    return BothWaysRecord(p, int(np.sum(testable)), tuple(movements), _shows_machine(campaign))
+
+
+def _within_limits(*fits: Array) -> Indices:
+    """Unknowns (n_free,) that end at a search limit in none of these fits (d,) of the unit cube: at a limit a value is no estimate."""
+    return np.flatnonzero(np.all([(u > EDGE) & (u < 1 - EDGE) for u in fits], axis=0))
+
+
+def _shows_machine(campaign: Campaign) -> bool:
+    """Whether the model of the machine says that runs differ: by their weights, or by unknowns of their own."""
+    return any(run.all_weights for run in campaign.runs) or any(name != PHASE_ORIGIN for name in campaign.own)
 
 
 SLIGHT = 0.1  # a part of the noise below this part of the other everywhere does not show

@@ -51,7 +51,7 @@ class AnnularSeal(SeatedEffect):
         None, "where it sits; null: at the first seal of the rotor, or disk that is at no bearing", unit="m", at_least=0
     )
     swirl_ratio: float = setting(
-        0.5, "λ, mean speed of the liquid around the shaft over that of the shaft's surface", at_least=0, at_most=1
+        0.5, "λ, mean speed of the liquid around the shaft over the speed of the shaft's surface", at_least=0, at_most=1
     )
 
     says = "A seal {place} holds the shaft with {seal_stiffness} and damps it with {seal_damping}"
@@ -68,7 +68,7 @@ class AnnularSeal(SeatedEffect):
     )
 
     def is_offered(self, problem: RotorProblem) -> bool:
-        """Of machines as drawn where the drawing has a seal, which may be another than that."""
+        """Machines as drawn need a seal in the drawing, whose position is then tried."""
         return bool(problem.rotor.seals) or not problem.is_as_drawn
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
@@ -81,13 +81,13 @@ class AnnularSeal(SeatedEffect):
         return SiteLaw(self.place, LinearLaw("annular_seal", "annular seal", coefficients, self._stiffness))
 
     def _stiffness(self, speed: Array) -> ComplexArray:
-        """That of unit K and of unit D, (2, n_speed, 2, 2)."""
+        """Dynamic stiffness of unit K and of unit D, (2, n_speed, 2, 2)."""
         still = np.broadcast_to(np.eye(2, dtype=complex), (len(speed), 2, 2))
         return np.stack([still, speed[:, None, None] * (1j * np.eye(2) + self.swirl_ratio * CROSS[0])])
 
 
 def _gaps(rotor: Rotor) -> list[float]:
-    """Where a seal may sit, m."""
+    """Positions that a seal may have, m."""
     if stated := places_of(rotor.seals, rotor):
         return stated
     bearings = [bearing.position for bearing in rotor.bearings]

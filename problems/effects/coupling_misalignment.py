@@ -1,7 +1,8 @@
 """Coupling misalignment: what a coupling that is not true does to the end of the shaft, at the frequency of rotation.
 
 Hubs that are bored off centre push the end of the shaft aside, a force; flanges that are not square bend it, a moment. Both turn
-with the shaft and do not depend on speed, as they come of the stiffness of the coupling and not of inertia:
+with the shaft and do not depend on speed, as they come of the stiffness of the coupling and not of inertia. They act at the couplings
+of the rotor, or if it states none at ends of the shaft that carry no disk:
 
     f or M = (r_x + i r_y) (1, −i)    at one end of the shaft.
 
@@ -32,6 +33,7 @@ from problems.rotor.extension.effect import (
 from problems.rotor.extension.sizes import Size, VectorSize
 from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
 from problems.rotor.finite_elements.loads import forward_load
+from problems.rotor.finite_elements.mesh import diameter_at
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 10.0  # times the force of the largest unbalance u at √(k/m), u k/m; the arm of a moment is the shaft's length
@@ -45,7 +47,7 @@ class CouplingMisalignment(PlacedEffect):
 
     position: float | None = setting(
         None,
-        "where the shaft is coupled; null: the first coupling of the rotor file, or the far end without any",
+        "where the shaft is coupled; null: the first coupling of the rotor file, or without any the far end that carries no disk",
         unit="m",
         at_least=0,
     )
@@ -81,11 +83,11 @@ class CouplingMisalignment(PlacedEffect):
         return dataclasses.replace(stated, sentence=sentence)
 
     def locations(self, problem: RotorProblem) -> Sequence[CouplingMisalignment]:
-        """A force and a moment at each coupling of the rotor, moments at nodes, or at each end of a rotor that names none; twice per turn
-        too if that is measured."""
+        """A force and a moment at each coupling of the rotor, moments at nodes, or at each free end of a rotor that names none; twice per
+        turn too if that is measured."""
         twice = self.twice or any(channel.harmonic == TWICE for channel in problem.channels)
         nodes, rotor = problem.rotor.node_positions, problem.rotor
-        places = rotor.couplings or (0.0, float(nodes[-1]))
+        places = rotor.couplings or free_ends(rotor)
         return [
             dataclasses.replace(self, position=place, kind=quantity, twice=twice)
             for quantity in LOADS
@@ -95,8 +97,18 @@ class CouplingMisalignment(PlacedEffect):
 
     def placed_on(self, problem: RotorProblem) -> CouplingMisalignment:
         rotor = problem.rotor
-        end = rotor.couplings[0] if rotor.couplings else float(rotor.node_positions[-1])
-        return dataclasses.replace(self, position=end) if self.position is None else super().placed_on(problem)
+        if self.position is None:
+            *_, end = rotor.couplings[:1] or free_ends(rotor) or [rotor.length]
+            return dataclasses.replace(self, position=end)
+        return super().placed_on(problem)
+
+    def caveat(self, problem: RotorProblem) -> str:
+        if problem.rotor.couplings:
+            return ""
+        return (
+            "the rotor states no coupling, so that it was tried at the ends of the shaft that carry no disk; state the position of each"
+            " under `couplings` in the rotor file"
+        )
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
         return forward_load(rotor, self.place, self.kind, len(speed))
@@ -115,3 +127,13 @@ class CouplingMisalignment(PlacedEffect):
         """N, or N m."""
         force = LARGEST * unbalance_scale(problem) * stiffness_scale(problem) / rotor_mass(problem)
         return force if self.kind == FORCE else force * problem.rotor.length
+
+
+def free_ends(rotor: Rotor) -> tuple[float, ...]:
+    """Ends of the shaft (m), at the outer bearings or beyond, where half a coupling finds room: without a disk within a diameter."""
+    parts = [part.position for part in (*rotor.disks, *rotor.masses)]
+    return tuple(
+        end
+        for end in (0.0, rotor.length)
+        if not any(abs(part - end) < diameter_at(rotor, end) for part in parts)
+    )

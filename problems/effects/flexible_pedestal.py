@@ -1,7 +1,8 @@
 """Flexible pedestals: each bearing stands on a spring with a mass, so that the shaft feels both in series.
 
-At a compliance of 0 it is rigid, whatever its mass (`problems/rotor/finite_elements/bearing.py`). All pedestals are alike, and probes
-measure against the ground.
+At a compliance of 0 it is rigid, whatever its mass and loss factor (`problems/rotor/finite_elements/bearing.py`). All pedestals are
+alike, and probes measure against the ground. The softest is one that the rotor's weight presses down by `SAG`: on it the rotor would
+have a natural frequency of √(g/SAG)/2π = 35 Hz, and softer mounts are isolators. Limits of the bearings' stiffness say nothing of it.
 
 J. C. Nicholas, J. K. Whalen & S. D. Franklin, Improving critical speed calculations using flexible bearing support FRF
 compliance data, Proc. 15th Turbomachinery Symposium (1986) 69–78; API 684; Friswell, Penny, Garvey & Lees, Dynamics of
@@ -10,19 +11,24 @@ Rotating Machines, 2010, chapter 5.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from ksmea.arrays import Array
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, rotor_mass, stiffness_scale
+from ksmea.units import MILLIMETRE
+from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, rotor_mass
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.bearing import Support
+from problems.rotor.free_motion.static_load import GRAVITY
+from problems.rotor.response.problem import RotorProblem
 
-SOFTEST = 2.0  # times the compliance of the stiffest bearing; a softer one is no pedestal
+SAG = 0.2 * MILLIMETRE
 HEAVIEST = 0.5  # of the rotor
-NOTICED_COMPLIANCE = (0.2, 1.0)  # of the compliance of the stiffest bearing, in each direction, are drawn
+LOSSIEST = 0.3  # η: bolted steel structures have 0.01 to 0.05, concrete on soil 0.1
+NOTICED_COMPLIANCE = (0.01, 0.1)  # of the softest, in each direction, are drawn
+NOTICED_LOSS = (0.01, 0.05)  # are drawn
 NOTICED_MASS = (0.06, 0.3)  # of the rotor, are drawn
 
 
@@ -31,12 +37,8 @@ class FlexiblePedestal(RotorEffect):
     """What carries the bearings gives way, and has a mass."""
 
     extent = ALL_BEARINGS
-    loss_factor: float = setting(
-        0.02,
-        "η of the pedestals' springs: bolted steel structures have 0.01 to 0.05, and without any they could resonate"
-        " without limit",
-        above=0,
-        at_most=1,
+    loss_factor: float | None = setting(
+        None, "η of the pedestals' springs, if it is known; null: an unknown", above=0, at_most=1
     )
 
     words = "flexible pedestals"
@@ -49,11 +51,23 @@ class FlexiblePedestal(RotorEffect):
         "bearing_mass": "a pedestal softens with frequency too; a sensor on the casing",
     }
 
-    sizes = (
-        Size("pedestal_compliance_x", "µm/kN", (0.0, SOFTEST), drawn=NOTICED_COMPLIANCE, per=stiffness_scale),
-        Size("pedestal_compliance_y", "µm/kN", (0.0, SOFTEST), drawn=NOTICED_COMPLIANCE, per=stiffness_scale),
-        Size("pedestal_mass", "kg", (0.0, HEAVIEST), drawn=NOTICED_MASS, of=rotor_mass),
-    )
+    @property
+    def sizes(self) -> Sequence[Size]:
+        return SIZES if self.loss_factor is None else SIZES[:-1]
 
     def support(self, theta: Array) -> Support:
-        return Support(theta[:, :2].T, theta[:, 2], self.loss_factor)
+        loss_factor = theta[:, 3] if self.loss_factor is None else self.loss_factor
+        return Support(theta[:, :2].T, theta[:, 2], loss_factor)
+
+
+def softest_pedestal(problem: RotorProblem) -> float:
+    """Compliance at which each bearing's share of the rotor's weight presses its pedestal down by `SAG`, m/N."""
+    return SAG * max(1, len(problem.rotor.bearings)) / (GRAVITY * rotor_mass(problem))
+
+
+SIZES = (
+    Size("pedestal_compliance_x", "µm/kN", (0.0, 1.0), drawn=NOTICED_COMPLIANCE, of=softest_pedestal),
+    Size("pedestal_compliance_y", "µm/kN", (0.0, 1.0), drawn=NOTICED_COMPLIANCE, of=softest_pedestal),
+    Size("pedestal_mass", "kg", (0.0, HEAVIEST), drawn=NOTICED_MASS, of=rotor_mass),
+    Size("pedestal_loss_factor", "%", (0.0, LOSSIEST), drawn=NOTICED_LOSS),
+)

@@ -33,7 +33,7 @@ class InternalDamping(RotorEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_antisymmetric": "both act on the damping of the forward whirl; the onset of instability,"
         " reverse rotation",
-        "standing_damping": "that of the turning shaft drives forward whirl above a critical speed; the onset of instability",
+        "standing_damping": "damping of the turning shaft drives forward whirl above a critical speed; the onset of instability",
     }
 
     sizes = (Size("internal_damping", "µs", (0.0, LARGEST), drawn=NOTICED),)

@@ -9,10 +9,10 @@ A diagnosis tries it where a file has its rows in the order of time or a campaig
 from the other, reversed about another critical speed, and searches end in either. Every beat is a maximum of the likelihood; the
 search goes from steady states along rising rates, where each fit begins where the last one ended.
 
-The limit of the rate is 1.5 times what times or rows of a turn each say it is. Without these it is as if each row were a turn:
-|α| is no higher than Ω ΔΩ/2π where each is a turn or more, and the limit 1.5 times the median of that. A rate that is known is
-the setting `rate`: the effect has no unknown then. Runs of a campaign that go up and down have one rate, with both signs: what
-beats behind the peak in one beats before it in the other, as nothing else does.
+A rate from times is known to a tolerance (`SpeedHistory.sd`): it is an unknown with a prior. Without times it lies between 0 and a
+limit, 1.5 times the rate if each row is a turn. If rows are no turns either, |α| is no higher than Ω ΔΩ/2π where each is a turn or
+more, and the limit is 1.5 times the median of that. A rate that is exact is the setting `rate` alone: the effect has no unknown then.
+Each run of a campaign has its own rate; a run without one, such as a further run, has that of the first run which goes its way.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
+from ksmea.measurement.campaign import Campaign, Run
 from ksmea.measurement.measurement import Measurement
-from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
-from ksmea.problem.parameters import Parameter
+from ksmea.measurement.speeds import ACCELERATION, rate_name
+from ksmea.problem.parameters import Parameter, Prior
 from ksmea.settings.settings import setting
 from ksmea.units import RPM, TURN
 from problems.rotor.extension.effect import RotorEffect, drawn
@@ -36,11 +37,11 @@ from problems.rotor.extension.run_up import Sweep
 from problems.rotor.response.problem import RotorProblem
 
 MARGIN = 1.5  # of the limit over the rate that is known, or that of one row per turn
+REACH = 6.0  # standard deviations that a rate with a prior is searched in
 PATH = (1e-3, 32)  # of the limit, where the path of rates begins; and how many, a factor of 1.25 from one to the next
 NOTICED = (0.05, 0.5)  # of the limit: a decade is drawn
 SIGNS = {"either": (-1.0, 1.0), "run-up": (0.0, 1.0), "coast-down": (-1.0, 0.0)}
-ALIKE = "alike"
-OF_RUN = {ALIKE: 1.0, "up": 1.0, "down": -1.0, "steady": 0.0}  # times the rate
+OF_DIRECTION = {"up": 1.0, "down": -1.0}  # sign of the rate in runs of a campaign; steady ones have none
 
 
 @dataclass(frozen=True)
@@ -54,10 +55,15 @@ class RunUpAcceleration(RotorEffect):
     rate: float | None = setting(
         None, "the rate where it is known, negative in a coast-down; null: an unknown", unit="rpm/s"
     )
-    of_run: str = setting(
-        ALIKE,
-        "up: runs of a campaign that go up have the rate, those that go down minus that; alike: all have it",
-        choices=tuple(OF_RUN),
+    rate_sd: float | None = setting(
+        None, "standard deviation of `rate`, which is an unknown with a prior then; null: exact", unit="rpm/s", above=0
+    )
+    runs: list[str] = setting([], "runs of a campaign in which the speed sweeps; empty: the speed sweeps in all alike")
+    rates: list[float] = setting(
+        [], "the rate in each of `runs`, negative in a coast-down, where its `rate_sds` is 0 its limit", unit="rpm/s"
+    )
+    rate_sds: list[float] = setting(
+        [], "standard deviation of each of `rates`; 0: the rate is unknown", unit="rpm/s", at_least=0
     )
     full_speed: float | None = setting(
         None, "the highest speed that modes must suit; null: that of the problem", unit="rad/s", above=0
@@ -75,33 +81,68 @@ class RunUpAcceleration(RotorEffect):
     is_scanned: ClassVar[bool] = False
 
     def __str__(self) -> str:
-        if self.of_run != ALIKE:
-            return "runs up and down"
+        ways = [way for way, sign in OF_DIRECTION.items() if sign in np.sign(self.rates)]
+        if ways:
+            return f"runs {' and '.join(ways)}"
         return "whole rotor" if self.direction == "either" else self.direction
 
+    def check(self) -> None:
+        if not len(self.runs) == len(self.rates) == len(self.rate_sds) == len({*map(rate_name, self.runs)}):
+            raise SettingError(
+                f"runs: expected different names, each with one of rates and one of rate_sds, got {', '.join(self.runs)}"
+            )
+        if 0 in self.rates:
+            raise SettingError("rates: expected rates or limits other than 0, got 0; leave the run out")
+
     def seen_in(self, measurement: Measurement) -> RunUpAcceleration | None:
-        """With the direction of the runs, and the limit that a known rate sets; None of steady states, or where nobody says."""
-        history = measurement.history
+        """With the direction and rate of the runs as known; None of steady states, or where nothing says which way."""
         if measurement.campaign is not None:
-            directions = {run.direction for run in measurement.campaign.runs}
-            if self.direction == "either" and len(directions) > 1 and directions <= {*OF_RUN} - {ALIKE}:
-                return dataclasses.replace(self, direction="run-up", of_run="up")
-            history = _of_runs(directions)
+            return self._in_runs(measurement.campaign, measurement.speed)
+        history = measurement.history
         if history is None or self.direction != "either":
             return None if history is None else self
         if self.largest is not None or history.rate is None:
             return dataclasses.replace(self, direction=history.direction)
+        if (sd := history.sd) is not None:
+            return dataclasses.replace(
+                self, direction=history.direction, rate=history.rate / RPM, rate_sd=sd / RPM
+            )
         return dataclasses.replace(self, direction=history.direction, largest=MARGIN * abs(history.rate))
 
+    def _in_runs(self, campaign: Campaign, speed: Array) -> RunUpAcceleration | None:
+        """With the rate of each run, or its limit; None unless the way of every run is known and some sweep."""
+        signs = [OF_DIRECTION.get(run.direction, 0.0) for run in campaign.runs]
+        if self.runs or not all(run.direction for run in campaign.runs) or not any(signs):
+            return self if self.runs else None
+        limits = [_limit(run, speed[rows]) for run, rows in zip(campaign.runs, campaign.rows)]
+        known = [limit for limit in limits if limit]
+        if not known:
+            return None
+        found = []
+        for run, sign, limit in zip(campaign.runs, signs, limits):
+            history = run.history
+            if sign and history is not None and history.rate is not None and history.sd is not None:
+                found.append((run.name, history.rate / RPM, history.sd / RPM))
+            elif sign:
+                found.append((run.name, sign * (limit or max(known)) / RPM, 0.0))
+        names, rates, sds = map(list, zip(*found))
+        return dataclasses.replace(self, runs=names, rates=rates, rate_sds=sds)
+
     def path(self, problem: RotorProblem) -> Array:
-        signs = SIGNS[self.direction]
-        return np.outer(np.geomspace(PATH[0], 1, PATH[1]), self._largest(problem) * (signs[0] or signs[1]))
+        """All rates rising alike; with priors to what these say."""
+        if self.rate is not None and self.rate_sd is None:
+            return np.empty((0, 0))
+        ends = [
+            max(item.lower, item.upper, key=abs) if item.prior is None else item.prior.value
+            for item in self.parameters(problem)
+        ]
+        return np.outer(np.geomspace(PATH[0], 1, PATH[1]), ends)
 
     def locations(self, problem: RotorProblem) -> Sequence[RunUpAcceleration]:
         if len(problem.speed) < 2 and self.largest is None:
             return []
         given = self.placed_on(problem)
-        if self.direction != "either" or self.rate is not None:
+        if self.direction != "either" or self.rate is not None or self.runs:
             return [given]
         return [dataclasses.replace(given, direction=direction) for direction in SIGNS if direction != "either"]
 
@@ -114,35 +155,64 @@ class RunUpAcceleration(RotorEffect):
             return self.largest
         if len(problem.speed) < 2:
             raise SettingError("largest: expected a limit of the rate where one speed is measured, got none; give it")
-        return float(MARGIN * np.median(np.abs(np.diff(problem.speed**2))) / (2 * TURN))
+        return MARGIN * _row_per_turn(problem.speed)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        if self.runs:
+            return tuple(
+                _of_run(rate_name(run), rate, sd) for run, rate, sd in zip(self.runs, self.rates, self.rate_sds)
+            )
         if self.rate is not None:
-            return ()
+            return () if self.rate_sd is None else (_of_run(ACCELERATION, self.rate, self.rate_sd),)
         lower, upper = (sign * self._largest(problem) for sign in SIGNS[self.direction])
         return (Parameter(ACCELERATION, "rpm/s", RPM, lower, upper),)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        if self.rate is not None:
-            return np.empty(0)
-        lower, upper = SIGNS[self.direction]
-        return (
-            self._largest(problem)
-            * rng.choice([sign for sign in (lower, upper) if sign])
-            * np.array([drawn(rng, *NOTICED)])
-        )
+        found = []
+        for item in self.parameters(problem):
+            if item.prior is not None:
+                found.append(rng.normal(item.prior.value, item.prior.sd))
+                continue
+            end = rng.choice([end for end in (item.lower, item.upper) if end])
+            found.append(end * drawn(rng, *NOTICED))
+        return np.array(found)
 
     def sweep(self, theta: Array) -> Sweep:
         if self.full_speed is None:
             raise SettingError("full_speed: expected the highest speed, got none; add the effect to a problem")
-        acceleration = theta[:, 0] if self.rate is None else np.full(len(theta), self.rate * RPM)
-        return Sweep(OF_RUN[self.of_run] * acceleration, self.full_speed)
+        is_exact = self.rate is not None and self.rate_sd is None
+        acceleration = np.full(len(theta), self.rate * RPM) if is_exact and self.rate is not None else theta[:, 0]
+        return Sweep(acceleration, self.full_speed)
 
-    def going(self, direction: str) -> RunUpAcceleration:
-        return self if self.of_run == ALIKE else dataclasses.replace(self, of_run=direction)
+    def going(self, run: Run) -> RunUpAcceleration:
+        """Of the rates of a campaign the one of this run, or of the first one that goes its way; none in steady states."""
+        if not self.runs:
+            return self
+        sign = OF_DIRECTION.get(run.direction, 0.0)
+        alike = [index for index, rate in enumerate(self.rates) if rate * sign > 0]
+        own = [self.runs.index(run.name)] if run.name in self.runs else alike[:1]
+        names, rates, sds = ([each[index] for index in own] for each in (self.runs, self.rates, self.rate_sds))
+        rate = None if own else 0.0
+        return dataclasses.replace(self, runs=names, rates=rates, rate_sds=sds, rate=rate)
 
 
-def _of_runs(directions: set[str]) -> SpeedHistory | None:
-    """What runs of a campaign have in common."""
-    known = {"up": "run-up", "down": "coast-down"}
-    return SpeedHistory(known[direction]) if len(directions) == 1 and (direction := directions.pop()) in known else None
+def _row_per_turn(speed: Array) -> float:
+    """Rate at which each row (n,) rad/s would be a turn of the shaft, rad/s²."""
+    return float(np.median(np.abs(np.diff(speed**2))) / (2 * TURN))
+
+
+def _limit(run: Run, speed: Array) -> float:
+    """Limit of the rate of a run without times, rad/s²; 0 with fewer than two speeds."""
+    if run.history is not None and run.history.rate is not None:
+        return MARGIN * abs(run.history.rate)
+    return MARGIN * _row_per_turn(speed) if len(speed) > 1 else 0.0
+
+
+def _of_run(name: str, rate: float, sd: float) -> Parameter:
+    """A rate (rpm/s) known to a standard deviation, or with sd 0 one between 0 and `rate`."""
+    if not sd:
+        return Parameter(name, "rpm/s", RPM, min(rate, 0.0) * RPM, max(rate, 0.0) * RPM)
+    ends = (rate - REACH * sd, rate + REACH * sd)
+    lower, upper = min(*ends, 0.0), max(*ends, 0.0)
+    prior = Prior(rate * RPM, sd * RPM)
+    return Parameter(name, "rpm/s", RPM, lower * RPM, upper * RPM, prior=prior, words=f"rate of the sweep, {name}")

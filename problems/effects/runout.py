@@ -19,8 +19,8 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
-from ksmea.problem.parameters import Parameter, name_at
 from ksmea.plugins.effect import SizeRecord, StatementRecord
+from ksmea.problem.parameters import Parameter, name_at
 from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
 from problems.rotor.extension.effect import (

@@ -35,7 +35,7 @@ class StandingDamping(RotorEffect):
     check_next = "Joints, sleeves and windings; damping that the rotor file leaves out."
     aliases: ClassVar[Mapping[str, str]] = {
         "external_damping": "both damp the whole shaft, the one low modes most, the other high ones; several critical speeds",
-        "internal_damping": "that of the turning shaft drives forward whirl above a critical speed; the onset of instability",
+        "internal_damping": "damping of the turning shaft drives forward whirl above a critical speed; the onset of instability",
     }
 
     sizes = (Size("standing_damping", "µs", (0.0, LARGEST), drawn=NOTICED),)

@@ -1,6 +1,6 @@
 """Thermal bow: the shaft bends as it warms up during the run, so that a bow grows from nothing.
 
-D(Ω) q = f + g K_s q_b with the shape of the residual bow (`problems/effects/residual_bow.py`) and q_b its value at the end. It grows
+D(Ω) q = f + g K_s q_b with the shapes of a residual bow (`problems/rotor/extension/bow.py`) and q_b its value at the end. It grows
 evenly with time, g = 0 at the first row and 1 at the last. Where `time_s` is not known the order of the rows stands for time, and
 where neither is, speeds count as measured from the lowest to the highest. The bow is slow: at each instant the shaft responds as
 to a bow that stays. In a campaign each run-up starts cold and is followed by its coast-down, which takes as long: g goes from 0 to
@@ -26,11 +26,10 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.measurement.campaign import Run
 from ksmea.measurement.measurement import Measurement
 from ksmea.settings.settings import setting
-from problems.effects.residual_bow import LARGEST, NOTICED, bow_load
-from problems.rotor.extension.effect import RotorEffect
-from problems.rotor.extension.sizes import VectorSize
+from problems.rotor.extension.bow import Bow
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.response.problem import RotorProblem
 
@@ -40,7 +39,7 @@ OF_RUN = {ALIKE: (0.0, 1.0), "up": (0.0, 0.5), "down": (1.0, -0.5), "steady": (1
 
 
 @dataclass(frozen=True)
-class ThermalBow(RotorEffect):
+class ThermalBow(Bow):
     """The shaft bends more and more as it warms up."""
 
     speeds: list[float] = setting(
@@ -53,19 +52,20 @@ class ThermalBow(RotorEffect):
         choices=tuple(OF_RUN),
     )
 
-    says = "The shaft bends by {thermal_bow:reading} in its middle as it warms up"
+    bends = "The shaft bends as it warms up,"
     check_next = "Repeat the run cold, and hold full speed until vibration is steady; look for rubs, uneven cooling, shorted turns."
     aliases: ClassVar[Mapping[str, str]] = {
         "residual_bow": "a bow of heat is gone when the machine is cold, and run-up and run-down differ by it",
         "coupling_misalignment": "both turn with the shaft; a bow of heat is gone when the machine is cold",
     }
 
-    sizes = (VectorSize("thermal_bow", "µm", LARGEST, drawn=NOTICED),)
+    vector = "thermal_bow"
 
     def __str__(self) -> str:
-        return "whole rotor" if self.of_run == ALIKE else "runs up and down"
+        return super().__str__() + ("" if self.of_run == ALIKE else " in runs up and down")
 
     def check(self) -> None:
+        super().check()
         if len(self.speeds) != len(self.grown) or np.any(np.diff(self.speeds) <= 0):
             raise SettingError(f"speeds: expected rising ones, one for each of grown, got {self.speeds}")
 
@@ -92,7 +92,9 @@ class ThermalBow(RotorEffect):
         return None
 
     def locations(self, problem: RotorProblem) -> Sequence[ThermalBow]:
-        return [self.placed_on(problem)] if self.speeds or len(np.unique(problem.speed)) > 1 else []
+        if self.speeds or len(np.unique(problem.speed)) > 1:
+            return Bow.locations(self.placed_on(problem), problem)
+        return []
 
     def placed_on(self, problem: RotorProblem) -> ThermalBow:
         if self.speeds:
@@ -104,7 +106,7 @@ class ThermalBow(RotorEffect):
         if not self.speeds:
             raise SettingError("speeds: expected how the run went, got nothing; add the effect to a problem")
         offset, slope = OF_RUN[self.of_run]
-        return bow_load(rotor, offset + slope * np.interp(speed, self.speeds, self.grown))
+        return self.bow_loads(rotor, offset + slope * np.interp(speed, self.speeds, self.grown))
 
-    def going(self, direction: str) -> ThermalBow:
-        return self if self.of_run == ALIKE else dataclasses.replace(self, of_run=direction)
+    def going(self, run: Run) -> ThermalBow:
+        return self if self.of_run == ALIKE else dataclasses.replace(self, of_run=run.direction)

@@ -1,8 +1,12 @@
-"""Bearings that differ: the first one's stiffness × (1 + a), that of all others × (1 − a), in x and y separately.
+"""Bearings that differ: the stiffness of one × (1 + a), and its damping × (1 + b), in x and y separately.
 
 Two bearings of one type differ by their static load and clearance (J. W. Lund, Review of the concept of dynamic
 coefficients for fluid film journal bearings, J. Tribology 109 (1987) 37–41). It changes the shape of the modes: one end
-moves more than the other. Direct stiffnesses change, cross-coupled ones do not.
+moves more than the other. Direct coefficients change, cross-coupled ones do not.
+
+Each bearing is tried by itself, with its stiffness or with stiffness and damping. Of two bearings that share their unknowns the data determine
+the ratio alone: one that is softer explains them as well as the other one that is stiffer, with other common values. A coefficient that an
+unknown sets for one bearing alone cannot differ from itself, and is left out.
 """
 
 from __future__ import annotations
@@ -18,20 +22,26 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import DIRECTIONS
 from ksmea.plugins.effect import ORBIT, SizeRecord, StatementRecord
-from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, column
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import RotorEffect, column
 from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import BearingTarget
 
-LARGEST = 0.5
-WORDS = "stiffer|softer"
+LIMITS = (-0.75, 3.0)  # a quarter to four times: bearings of one type that differ by more are of two types
 NOTICED = (0.04, 0.35)  # of either sign in each direction, are drawn
+STIFFNESS, DAMPING = "stiffness", "damping"
+CHANGES = {STIFFNESS: (STIFFNESS,), DAMPING: (DAMPING,), "stiffness and damping": (STIFFNESS, DAMPING)}
+LETTERS = {STIFFNESS: "k", DAMPING: "c"}
 
 
 @dataclass(frozen=True)
 class UnequalBearings(RotorEffect):
-    """The first bearing is stiffer or softer than the others."""
+    """One bearing is stiffer or softer than the others, or damps more or less."""
 
-    extent = ALL_BEARINGS
+    bearing: int = setting(1, "which one differs, as the rotor file counts", at_least=1)
+    changes: str = setting(STIFFNESS, "which of its coefficients differ", choices=tuple(CHANGES))
+
     picture = ORBIT
     check_next = "Clearance and static load of both bearings."
     aliases: ClassVar[Mapping[str, str]] = {
@@ -39,47 +49,76 @@ class UnequalBearings(RotorEffect):
         "bearing_position": "both change the share of each bearing; measure the width over which it carries",
     }
 
-    sizes = tuple(Size(f"stiffness_difference_{axis}", "%", LARGEST, drawn=NOTICED) for axis in DIRECTIONS)
+    @property
+    def sizes(self) -> Sequence[Size]:
+        names = [f"{part}_difference_{axis}" for part in CHANGES[self.changes] for axis in DIRECTIONS]
+        return [Size(name, "%", LIMITS, drawn=NOTICED) for name in names]
+
+    def __str__(self) -> str:
+        return f"{self.changes} of bearing {self.bearing}"
 
     def locations(self, problem: RotorProblem) -> Sequence[UnequalBearings]:
-        return [self] if len(problem.rotor.bearings) > 1 else []
+        n_bearing = len(problem.rotor.bearings)
+        if n_bearing < 2:
+            return []
+        return [
+            dataclasses.replace(self, bearing=index + 1, changes=changes)
+            for index in range(n_bearing)
+            for changes in _possible({part for part in LETTERS if not _is_free(problem, index, part)})
+        ]
 
     def placed_on(self, problem: RotorProblem) -> UnequalBearings:
-        if not self.locations(problem):
+        n_bearing = len(problem.rotor.bearings)
+        if n_bearing < 2:
             raise SettingError("unequal bearings: expected at least two bearings, got one; leave this effect out")
+        if self.bearing > n_bearing:
+            raise SettingError(f"bearing: expected one from 1 to {n_bearing}, got {self.bearing}")
         return self
 
     def places(self, problem: RotorProblem) -> Sequence[float]:
-        first, *others = (bearing.position for bearing in problem.rotor.bearings)
-        return [first, *others] if len(others) == 1 else [first]  # of two, either differs from the other
+        positions = [bearing.position for bearing in problem.rotor.bearings]
+        return positions if len(positions) == 2 else positions[self.bearing - 1 : self.bearing]  # of two, either differs
 
     def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
-        """The ratio (1 − a)/(1 + a) of the others' stiffness to the first one's, in per cent; both axes in one if they agree."""
-        x, y = (sizes[f"stiffness_difference_{axis}"] for axis in DIRECTIONS)
-        others = {axis: size.mapped(others_over_first, "%") for axis, size in (("x", x), ("y", y))}
-        if others["x"].holds(others["y"].value) and others["y"].holds(others["x"].value):
-            mean = others["x"] if _width(others["x"]) < _width(others["y"]) else others["y"]
-            sentence, used = f"Bearing 2 is {{both:{WORDS}}} than bearing 1 in x and y", {"both": mean}
-        else:
-            sentence, used = f"Bearing 2 is {{x:{WORDS}}} in x and {{y:{WORDS}}} in y than bearing 1", others
+        """Both axes in one if they agree."""
+        said: list[str] = []
+        used: dict[str, SizeRecord] = {}
+        for part in CHANGES[self.changes]:
+            phrase, own = _difference({axis: sizes[f"{part}_difference_{axis}"] for axis in DIRECTIONS}, part)
+            said.append(phrase)
+            used |= own
+        sentence = f"Bearing {self.bearing} {' and '.join(said)} than the others"
         return dataclasses.replace(super().statement(sizes), sentence=sentence, sizes=used)
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
-        changed = impedance.copy()
-        for axis in (0, 1):
-            changed.real[:1, axis, axis] *= 1 + column(theta[:, axis])
-            changed.real[1:, axis, axis] *= 1 - column(theta[:, axis])
+        changed, own = impedance.copy(), self.bearing - 1
+        for index, part in enumerate(CHANGES[self.changes]):
+            of = changed.real if part == STIFFNESS else changed.imag
+            for axis in (0, 1):
+                of[own, axis, axis] *= 1 + column(theta[:, 2 * index + axis])
         return changed
 
 
-def others_over_first(percent: float) -> float:
-    """Stiffness of the other bearings over that of the first, less 1, in per cent.
-
-    >>> others_over_first(8.0)
-    -14.814814814814815
-    """
-    return -200 * percent / (100 + percent)
+def _difference(sizes: Mapping[str, SizeRecord], part: str) -> tuple[str, dict[str, SizeRecord]]:
+    """What is said of a bearing's stiffness or damping, 'is {…:stiffer|softer} in x and y', and its sizes by the names in it."""
+    verb, words = ("is", "stiffer|softer") if part == STIFFNESS else ("damps", "more|less")
+    x, y = sizes["x"], sizes["y"]
+    if x.holds(y.value) and y.holds(x.value):
+        return f"{verb} {{{part}:{words}}} in x and y", {part: min(x, y, key=_width)}
+    return f"{verb} {{{part}_x:{words}}} in x and {{{part}_y:{words}}} in y", {f"{part}_x": x, f"{part}_y": y}
 
 
 def _width(size: SizeRecord) -> float:
     return np.inf if size.low is None or size.high is None else size.high - size.low
+
+
+def _possible(shared: set[str]) -> list[str]:
+    """Changes of the coefficients that a bearing shares with others or has as known; of damping alone if no other can differ."""
+    found = [changes for changes, parts in CHANGES.items() if shared.issuperset(parts)]
+    return [changes for changes in found if changes != DAMPING or len(found) == 1]
+
+
+def _is_free(problem: RotorProblem, bearing: int, part: str) -> bool:
+    """Whether unknowns set a bearing's direct coefficients of stiffness or damping for it alone."""
+    wanted = [BearingTarget(bearing, LETTERS[part] + axis + axis) for axis in DIRECTIONS]
+    return any(item.targets == (target,) for item in problem.unknowns for target in wanted)

@@ -10,6 +10,7 @@ import pytest
 import ksmea
 from campaigns import TRIAL, layout_of, measured, write
 from ksmea.errors import SettingError
+from ksmea.units import RPM
 from measurements.campaign import CampaignFile
 from measurements.run_up_csv import as_csv
 from problems.three_disk import ThreeDisk
@@ -39,6 +40,28 @@ def test_a_campaign_is_read_as_it_was_written(folder):
     assert found.rows == DATA.rows and not found.phase_known and found.noise is None
     [weight] = found.campaign.runs[1].weights
     np.testing.assert_allclose(dataclasses.astuple(weight), dataclasses.astuple(TRIAL), rtol=1e-6)
+
+
+def timed_runs(folder, rates):
+    """The two runs with a column time_s, their speeds passed at these rates, rpm/s."""
+    for name, rate, rows in zip(("bare", "trial"), rates, DATA.rows):
+        speed = DATA.speed[rows]
+        part = dataclasses.replace(DATA.part(np.arange(rows.start, rows.stop)), campaign=None)
+        time = (speed - (speed.min() if rate > 0 else speed.max())) / (rate * RPM)
+        (folder / f"{name}.csv").write_text(as_csv(part, time=time), encoding="utf-8")
+
+
+def test_times_say_which_way_and_how_fast_each_run_goes(folder):
+    timed_runs(folder, (63.0, -196.0))
+    bare, trial = ksmea.read_measurement(folder / "campaign.yaml").campaign.runs
+    assert (bare.direction, trial.direction) == ("up", "down")
+    assert [run.history.rate / RPM for run in (bare, trial)] == pytest.approx([63.0, -196.0], rel=1e-6)
+    (folder / "campaign.yaml").write_text(TWO_RUNS.replace("bare.csv}", "bare.csv, direction: steady}"))
+    steady, _ = ksmea.read_measurement(folder / "campaign.yaml").campaign.runs
+    assert steady.direction == "steady" and steady.history is None
+    (folder / "campaign.yaml").write_text(TWO_RUNS.replace("bare.csv}", "bare.csv, direction: down}"))
+    with pytest.raises(SettingError, match=r"direction: expected up, as time_s in .*bare.csv says, got down; correct"):
+        ksmea.read_measurement(folder / "campaign.yaml")
 
 
 def test_runs_may_stand_in_one_file(folder):

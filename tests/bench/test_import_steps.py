@@ -48,6 +48,17 @@ def test_slow_roll_is_subtracted_as_a_vector_and_once(folder):
         )
 
 
+@pytest.mark.parametrize(("highest", "is_near"), [(150.0, False), (340.0, True)])
+def test_slow_roll_near_a_critical_speed_is_noted(folder, highest, is_near):
+    """A rotor with its critical speed at 2000 rpm and 5 % damping: at 17 % of it 3 % of the eccentricity is motion, not runout."""
+    speed = np.arange(100.0, 3000.0, 50.0)
+    motion = 50 * (speed / 2000) ** 2 / np.abs(1 - (speed / 2000) ** 2 + 0.1j * speed / 2000)
+    file = File(path=own_file([f"{a:g},0.1,x,{b:.4f},10" for a, b in zip(speed, motion)]), slow_roll=highest)
+    [said] = file.remarks
+    noted = f"{highest:g} rpm is 17 % of the first resonance in these data, 2000 rpm, where unbalance moves the shaft by up to 3.0 %"
+    assert (noted in said) == is_near == ("give slow_roll below 300 rpm" in said)
+
+
 def test_slow_roll_adds_its_variance(folder):
     rows = [f"{speed},0.1,x,{5 + speed / 1000},10,0.3" for speed in (100, 110, 120, 130, 1000, 1100, 1200)]
     file = File(path=own_file(rows, header=f"{RUN_UP},sigma_um"), slow_roll=200.0)

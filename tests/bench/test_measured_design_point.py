@@ -79,7 +79,7 @@ def test_a_plan_of_a_fit_that_is_rejected_says_so(rotor, bad, few_fits):
     assert told["rejected"] and told["p"] < 0.01 and told["statistic"]
     first = str(found).splitlines()[0]
     assert first.startswith("warning: the model does not fit: its residuals are not noise")
-    assert "for a wrong model" in first and "+experiment=diagnose" in first
+    assert "of a wrong model" in first and "+experiment=diagnose" in first
     assert type(found.record).from_data(found.record.to_data()) == found.record
 
 

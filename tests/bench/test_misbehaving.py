@@ -126,6 +126,15 @@ def test_whatever_its_settings_are(shell, alone, tmp_path):
     assert ended.code == 1
 
 
+def test_processes_that_settings_start_end_with_the_plan(shell, tmp_path):
+    """Planned and not run: in the fork that tries the plan first, and in the plan itself."""
+    started = "def check(self): subprocess.Popen(['sleep', '299'])"
+    (tmp_path / "bad.py").write_text("import subprocess\n" + source("optimizer", settings=started))
+    ended = shell("plugins=[bad.py]", "optimizer=bad", "method=direct", "repetitions=0", cwd=tmp_path, output="planned")
+    assert "Traceback" not in ended.err, ended.err
+    assert not [each for each in processes() if "sleep 299" in each]
+
+
 def test_one_that_is_chosen_alone_is_refused_in_one_line(shell, tmp_path):
     for number, (text, reason) in enumerate((*AT_IMPORT.values(), *IN_SETTINGS.values())):
         if not reason or "hangs" in text or "sleep" in text:

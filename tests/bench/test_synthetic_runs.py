@@ -9,7 +9,7 @@ import pytest
 import ksmea
 from bench.plan.plan import component_seeds, generator
 from ksmea.errors import SettingError
-from ksmea.measurement.campaign import notation, weights_of
+from ksmea.measurement.campaign import Run, notation, weights_of
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
@@ -90,7 +90,8 @@ def test_a_hidden_thermal_bow_grows_through_runs_up_and_down():
     plain = PROBLEM.build()
     x = np.array([*(PROBLEM.reference()[name] for name in plain.parameters.names), 20e-6, -10e-6])[None]
     bow = ThermalBow(speeds=[float(plain.speed[0]), float(plain.speed[-1])], grown=[0.0, 1.0], of_run="up")
-    up, down = (bow.going(direction).added_to(plain).response(x)[0] for direction in ("up", "down"))
+    ways = (Run("", 1, direction=direction) for direction in ("up", "down"))
+    up, down = (bow.going(way).added_to(plain).response(x)[0] for way in ways)
     first, second = (campaign.values[rows] for rows in campaign.rows)
     np.testing.assert_allclose(first, up, rtol=1e-9)
     np.testing.assert_allclose(second, down, rtol=1e-9)

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.fits.fitting import fit_baseline, fit_from_values
+from ksmea.fits.fitting import fit_baseline, fit_from_values, settled
 from ksmea.fits.search import Effort, Search
 from ksmea.measurement.campaign import Campaign, Run
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
+from ksmea.measurement.speeds import SpeedHistory
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
@@ -51,22 +52,41 @@ def test_a_sweep_is_named_with_its_rate(rate, direction, seed):
     assert abs(rate - (interval.low + interval.high) / 2) < interval.high - interval.low
 
 
-def test_runs_up_and_down_are_one_rate_with_both_signs():
-    """What rings behind the critical speed in one does so before it in the other."""
-    problem, rate = SETTINGS.build(), 24.0
+def two_runs(rates, directions, histories=(None, None)):
+    """The true values and a measurement of two runs, integrated over time at their rates, or steady."""
+    problem = SETTINGS.build()
     x = np.array([SETTINGS.reference()[name] for name in problem.parameters.names])
-    runs = (Run("up", len(problem.speed), direction="up"), Run("down", len(problem.speed), direction="down"))
-    responses = [swept_response(problem, x, sign * rate, n_mode=6) for sign in (1, -1)]
+    runs = tuple(
+        Run(f"run{number}", len(problem.speed), direction=direction, history=history)
+        for number, (direction, history) in enumerate(zip(directions, histories))
+    )
+    responses = [
+        swept_response(problem, x, rate, n_mode=6) if rate else problem.dense_response(x[None])[0] for rate in rates
+    ]
     values = observe(np.concatenate(responses), "complex", NOISE, np.random.default_rng(3))
     speed = np.tile(problem.speed, 2)
-    measurement = Measurement(speed, problem.channels, values, None, "test", campaign=Campaign(runs))
+    return x, Measurement(speed, problem.channels, values, None, "test", campaign=Campaign(runs))
+
+
+@pytest.mark.parametrize("timed", [True, False])
+def test_runs_up_and_down_have_rates_of_their_own(timed):
+    """Both rates in their intervals widened to twice, 99.99 %; coefficients no less certain than from as many steady speeds, where
+    rates add half of an interval at most. Times that are 2 to 4 % off are allowed for by their tolerance."""
+    rates = (11.0, -20.0)
+    histories = (SpeedHistory("run-up", (10.8, 12.0), True), SpeedHistory("coast-down", (-20.9, -20.3), True))
+    x, measurement = two_runs(rates, ("up", "down"), histories if timed else (None, None))
     effects = {name: registry.create("effect", name, {}).seen_in(measurement) for name in EFFECTS}
-    seen = aligned(problem, measurement)
-    found = diagnose(Case(seen, measurement), effects, Search(np.random.default_rng(3), LITTLE))
+    search = Search(np.random.default_rng(3), LITTLE)
+    found = diagnose(Case(aligned(SETTINGS.build(), measurement), measurement), effects, search)
     assert found.verdict == "named" and found.named == ("run_up_acceleration",)
     assert str(found.applied[0].effect) == "runs up and down"
-    interval = found.best_estimate.intervals[-1]
-    assert abs(rate - (interval.low + interval.high) / 2) < interval.high - interval.low
+    intervals = np.array([(interval.low, interval.high) for interval in found.best_estimate.intervals])
+    middle, width = intervals.mean(axis=1), np.ptp(intervals, axis=1)
+    assert np.all(np.abs(middle - [*x, *rates]) < width)
+    _, steady = two_runs((0.0, 0.0), ("steady", "steady"))
+    fit = fit_baseline(Case(aligned(SETTINGS.build(), steady), steady), search).best
+    of_steady = settled(fit, 0.95)[1].intervals
+    assert np.all(width[:-2] < 1.5 * np.array([interval.high - interval.low for interval in of_steady]))
 
 
 def test_steady_data_are_no_sweep():

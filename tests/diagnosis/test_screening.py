@@ -46,7 +46,7 @@ def test_clouds_close_in_on_a_maximum_that_the_scan_only_came_near(rotor, hide):
     """A flexible pedestal whose resonance lies in the band: the misfit at the truth is that of the noise alone."""
     measurement, place, size = hide("flexible_pedestal", 3)
     extended = place.added_to(rotor)
-    zero = np.zeros(3)
+    zero = np.zeros(4)
     grid = np.random.default_rng(0).uniform(size=(200, len(rotor.parameters)))
     found = scanned(Case(extended, measurement), grid, zero, 16, 48)
     best_of_scan = min(
@@ -54,7 +54,7 @@ def test_clouds_close_in_on_a_maximum_that_the_scan_only_came_near(rotor, hide):
         for value in scan_values(zero, 16)
     )
     truth = [rotor.parameters.to_cube(np.array([50e6, 70e6, 500.0, 700.0, 2e-4, 0.6])), size]
-    truth[1] = extended.parameters.to_cube(np.concatenate([np.zeros(len(rotor.parameters)), size]))[-3:]
+    truth[1] = extended.parameters.to_cube(np.concatenate([np.zeros(len(rotor.parameters)), size]))[-4:]
     at_truth = screened(Case(extended, measurement), np.concatenate(truth)[None]).misfits[0]
     assert found.misfits[0] < best_of_scan
     assert found.misfits[0] - at_truth < 0.5 * (best_of_scan - at_truth)

@@ -184,16 +184,20 @@ def test_an_effect_left_in_a_lower_maximum_is_lifted_by_the_pair_that_it_is_part
     values = observe(runout.dense_response(x[None])[0], "complex", NOISE, np.random.default_rng(5))
     measurement = Measurement(rotor.speed, rotor.channels, values, NOISE, "made")
     first = Candidate("runout", located(rotor, "runout"))
-    alone, both = (first.beside(rotor), Candidate("mass", located(rotor, "mass")).beside(first.beside(rotor)))
+    other = registry.create("effect", "runout", {"position": 0.5})  # its unknowns come first, and take the plain names
+    second = Candidate("runout", other)
+    alone, both = (first.beside(rotor), first.beside(second.beside(rotor)))
     baseline = fit_from_values(
         Case(rotor, measurement), np.array([TRUTH.get(name, 0.0) for name in rotor.parameters.names])
     )
-    at = np.array([{**TRUTH, "runout_x": 1e-5}.get(name, 0.0) for name in both.parameters.names])
-    pair, right = fit_from_values(Case(both, measurement), at), fit_from_values(Case(alone, measurement), at[:-1])
+    at = np.array([TRUTH.get(name, 0.0) for name in rotor.parameters.names])
+    pair = fit_from_values(Case(both, measurement), np.append(at, [0.0, 0.0, 1e-5, 0.0]))
+    right = fit_from_values(Case(alone, measurement), np.append(at, [1e-5, 0.0]))
+    best = Explanation((second, first), pair, 0.0, 0.0, 4, 0.0)
     low = Fit(right.likelihood, right.likelihood.at(np.full(len(right.point.theta), 0.3)))
-    lifted = _from_pair(trial_of(first, low, baseline, 2), pair, baseline, 2)
+    lifted = _from_pair(trial_of(first, low, baseline, 2), best, baseline, 2)
     assert lifted is not None and lifted.fit.deviance == pytest.approx(right.deviance, abs=0.1)
-    assert _from_pair(lifted, pair, baseline, 2) is None
+    assert _from_pair(lifted, best, baseline, 2) is None
 
 
 @pytest.mark.parametrize(("name", "most"), [("clearance_rub", module.COSTLY), ("runout", None)])

@@ -65,7 +65,7 @@ def test_a_scan_fits_from_points_that_come_nearer_to_the_data_than_the_fit(near,
     _data, baseline, trials = near
     [slope] = [trial for trial in trials if trial.name == "speed_dependent_stiffness"]
     alone = BaselineFits(baseline.best, (), baseline.screened)
-    monkeypatch.setattr(fitting, "_maxima", lambda *_: pytest.fail("a point that is no nearer was fitted from"))
+    monkeypatch.setattr(fitting, "maxima_from", lambda *_: pytest.fail("a point that is no nearer was fitted from"))
     assert fit_from_scan(slope.fit, alone, EFFORT) is slope.fit
 
 

@@ -101,6 +101,8 @@ def test_an_impeller_that_is_heavier_is_found_with_its_inertia():
     assert "disk_mass" in found.record.ambiguity_group
     [size] = next(each.parameters for each in found.record.ranking if each.effect == "disk_mass")
     assert size.holds(100 * 0.6 / 9.0)
+    [mass] = next(each.parameters for each in found.record.ranking if each.effect == "added_mass")
+    assert "added_mass" in found.record.ambiguity_group and mass.holds(0.6)
 
 
 def test_probes_of_one_plane_that_are_swapped_are_said_to_be():

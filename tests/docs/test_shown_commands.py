@@ -97,7 +97,9 @@ def workspace(tmp_path_factory):
     lines = run_up.splitlines(keepends=True)
     third = [line + line.replace(",0.1,x,", ",0.5,x,") if ",0.1,x," in line else line for line in lines]
     (place / "run.csv").write_text("".join(third))  # three channels
-    (place / "rk4.csv").write_text("".join(line.replace(",0.1,", ",0.08,") for line in lines if ",0.1,y," not in line))
+    for name, position in (("rk4.csv", "0.08"), ("rk4_beam.csv", "0.12")):
+        there = (line.replace(",0.1,", f",{position},") for line in lines if ",0.1,y," not in line)
+        (place / name).write_text("".join(there))
     (place / "campaign.yaml").write_text(blocks(text_of(DOCS / "campaigns.md"), "yaml")[0])
     (place / "rk4").mkdir()
     shutil.copy(examples / "balancing.yaml", place / MEASURED_ELSEWHERE)

@@ -12,6 +12,7 @@ from ksmea.errors import SettingError
 from ksmea.measurement.noise import Noise
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
+from ksmea.records.campaign import BothWaysRecord, MovedRecord
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.text import hausman_lines
 from ksmea.studies.hausman import both_ways
@@ -47,6 +48,26 @@ def test_a_runout_moves_the_joint_fit_alone(known):
     assert "u" not in [each.name for each in found.moved]  # it cancels
     [said] = hausman_lines(found)
     assert "do not agree" in said and "runout" in said and "+experiment=diagnose" in said
+
+
+def test_a_value_at_a_search_limit_is_no_movement():
+    """kxx is 50 and may be 45 at most: the fit of differences ends there, and whatever a runout does to the joint one is no estimate."""
+    narrow = aligned(ThreeDisk(sensors=[0.1, 0.5], limits={"kxx": [30, 45]}).build(), LAYOUT)
+    found = both_ways(Case(narrow, _data(1, RUNOUT)), np.minimum(X, narrow.parameters.upper))
+    assert found.p < 1e-6 and found.moved and "kxx" not in [each.name for each in found.moved]
+
+
+def test_runs_without_a_known_weight_show_the_sweep_and_nothing_else():
+    """Two runs at speeds up to 0.1 % apart, whose readings differ as by a sweep: no advice to leave out what is alike in all runs."""
+    runs = layout_of(PROBLEM, [SPEED, SPEED * 1.0009], [("up", ()), ("down", ())])
+    data = dataclasses.replace(measured(PROBLEM, runs), noise=NOISE)
+    data = dataclasses.replace(data, values=data.values * np.repeat([1.0, 0.7], len(SPEED))[:, None])
+    found = both_ways(Case(aligned(PROBLEM, runs), data), X)
+    lines = list(hausman_lines(found))
+    assert found is None or (not found.shows_machine and "differences between runs do not agree" not in "".join(lines))
+    [said] = hausman_lines(BothWaysRecord(1e-9, 2, (MovedRecord("cxx", "kN s/m", 1.0, 5.0),), shows_machine=False))
+    assert "none carried a known weight" in said and "cxx" not in said and "reference" not in said
+    assert list(hausman_lines(BothWaysRecord(0.3, 2, shows_machine=False))) == []
 
 
 def test_differences_that_tell_nothing_are_not_compared():

@@ -11,9 +11,9 @@ from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import SpeedHistory
 from ksmea.plugins import registry
+from ksmea.problem.parameters import Prior
 from ksmea.studies.diagnosis_remarks import sweep_remarks
 from ksmea.studies.library import library
-from ksmea.units import RPM
 from measurements.sweeps import speed_history
 from problems.rk4_two_disk import RK4TwoDisk
 
@@ -67,9 +67,12 @@ def test_steady_states_have_none(speed, time):
     assert speed_history(speed, time) is None
 
 
-def seen(history=None, *directions):
+def seen(history=None, *directions, histories=(None, None)):
     """A measurement with that history, or of runs in these directions."""
-    runs = tuple(Run(f"run{index}", 75, (), direction) for index, direction in enumerate(directions))
+    runs = tuple(
+        Run(f"run{index}", 75, (), direction, history=own)
+        for index, (direction, own) in enumerate(zip(directions, histories))
+    )
     return Measurement(
         TURNS,
         (Channel(0.12, "x"),),
@@ -82,49 +85,91 @@ def seen(history=None, *directions):
 
 
 @pytest.mark.parametrize(
-    ("measurement", "direction"),
+    ("measurement", "where"),
     [
         (seen(), None),
         (seen(SpeedHistory("run-up")), "run-up"),
-        (seen(SpeedHistory("either")), "either"),
-        (seen(None, "up", "up"), "run-up"),
-        (seen(None, "down", "down"), "coast-down"),
+        (seen(SpeedHistory("either")), "whole rotor"),  # run-up and coast-down apart
+        (seen(None, "up", "up"), "runs up"),
+        (seen(None, "down", "down"), "runs down"),
         (seen(None, "steady", "steady"), None),
-        (seen(None, "up", "down"), "run-up"),  # at one rate, which has the other sign in the run down
-        (seen(None, "up", "steady"), "run-up"),
+        (seen(None, "up", "down"), "runs up and down"),
+        (seen(None, "down", "steady"), "runs down"),
         (seen(None, "up", ""), None),
     ],
 )
-def test_a_sweep_is_tried_where_something_speaks_for_one(measurement, direction):
+def test_a_sweep_is_tried_where_something_speaks_for_one(measurement, where):
     tried, _ = library((), (), measurement)
     asked, _ = library((SWEEP,), (), measurement)
-    assert (SWEEP in tried) == (direction is not None)
-    assert asked[SWEEP].direction == (direction or "either")
+    assert (SWEEP in tried) == (where is not None)
+    assert str(asked[SWEEP]) == (where or "whole rotor")
 
 
-def test_a_known_rate_is_the_limit_by_half_or_no_unknown():
-    effect = registry.create("effect", SWEEP, {}).seen_in(seen(SpeedHistory("run-up", (20.0, 20.0), True)))
-    problem = RK4TwoDisk(n_speed=20).build()
-    [item] = effect.parameters(problem)
-    assert (item.lower, item.upper) == pytest.approx((0.0, 30.0))
-    assert effect.path(problem)[-1] == pytest.approx(30.0)
-    known = dataclasses.replace(effect, rate=20.0 / RPM)
-    x = np.array([RK4TwoDisk().reference()[name] for name in problem.parameters.names])
-    found, expected = (
-        known.added_to(problem).response(x[None]),
-        effect.added_to(problem).response(np.append(x, 20.0)[None]),
-    )
+PROBLEM = RK4TwoDisk(n_speed=20).build()
+VALUES = np.array([RK4TwoDisk().reference()[name] for name in PROBLEM.parameters.names])
+
+
+def test_a_rate_from_times_is_known_to_a_tolerance_and_an_exact_one_is_no_unknown():
+    """Its standard deviation is half of the difference between the halves of the run, and the error of the closed form."""
+    effect = registry.create("effect", SWEEP, {}).seen_in(seen(SpeedHistory("run-up", (19.0, 21.0), True)))
+    [item] = effect.parameters(PROBLEM)
+    assert (item.prior.value, item.prior.sd) == pytest.approx((20.0, np.hypot(1.0, 0.02 * 20.0)))
+    assert item.lower == 0 and item.upper > 20.0 + 5 * item.prior.sd
+    assert effect.path(PROBLEM)[-1] == pytest.approx(20.0)
+    known = dataclasses.replace(effect, rate_sd=None)
+    assert known.parameters(PROBLEM) == ()
+    found = known.added_to(PROBLEM).response(VALUES[None])
+    expected = effect.added_to(PROBLEM).response(np.append(VALUES, 20.0)[None])
     assert found == pytest.approx(expected, rel=1e-9)
 
 
-def test_the_rate_of_the_fit_stands_beside_that_of_the_rows():
-    names = SimpleNamespace(names=("kxx", "acceleration"))
+def test_a_rate_from_rows_is_the_limit_by_half():
+    effect = registry.create("effect", SWEEP, {}).seen_in(seen(SpeedHistory("run-up", (20.0, 20.0))))
+    [item] = effect.parameters(PROBLEM)
+    assert item.prior is None and (item.lower, item.upper) == pytest.approx((0.0, 30.0))
+
+
+def test_each_run_of_a_campaign_has_its_own_rate():
+    """From times a prior, without times limits; a further run has that of the first run which goes its way, a steady one none."""
+    timed = seen(None, "up", "down", histories=(None, SpeedHistory("coast-down", (-20.0, -20.0), True)))
+    effect = registry.create("effect", SWEEP, {}).seen_in(timed).placed_on(PROBLEM)
+    up, down = effect.parameters(PROBLEM)
+    assert (up.name, down.name) == ("acceleration_run0", "acceleration_run1")
+    assert up.prior is None and (up.lower, up.upper) == pytest.approx((0.0, 30.0), rel=0.01)  # a row per turn
+    assert down.prior.value == pytest.approx(-20.0) and down.upper == 0.0
+    names = [[item.name for item in effect.going(run).parameters(PROBLEM)] for run in timed.campaign.runs]
+    assert names == [[up.name], [down.name]]
+    further, still = (effect.going(Run("further", 20, direction=way)) for way in ("down", "steady"))
+    assert [item.name for item in further.parameters(PROBLEM)] == [down.name] and still.parameters(PROBLEM) == ()
+    one = further.added_to(PROBLEM).response(np.append(VALUES, -20.0)[None])
+    other = still.added_to(PROBLEM).response(VALUES[None])
+    assert other == pytest.approx(PROBLEM.response(VALUES[None]), rel=1e-12)
+    assert np.abs(one - other).max() > 0.1 * np.abs(other).max()
+
+
+def fitted(prior=None):
+    """A diagnosis that ends at a rate of 18 [17, 19] rad/s²."""
+    items = (SimpleNamespace(prior=None), SimpleNamespace(prior=prior))
+    names = SimpleNamespace(names=("kxx", "acceleration"), items=items)
     estimate = SimpleNamespace(x=np.array([1.0, 18.0]), intervals=[None, SimpleNamespace(low=17.0, high=19.0)])
     best = SimpleNamespace(problem=SimpleNamespace(parameters=names))
-    found = SimpleNamespace(best=best, best_estimate=estimate)
-    [apart] = sweep_remarks(found, SpeedHistory("run-up", (20.0, 20.0)))
-    [near] = sweep_remarks(found, SpeedHistory("run-up", (18.5, 18.5), True))
+    return SimpleNamespace(best=best, best_estimate=estimate, interval_level=0.95)
+
+
+def test_the_rate_of_the_fit_stands_beside_that_of_the_rows():
+    found = fitted()
+    [apart] = sweep_remarks(found, seen(SpeedHistory("run-up", (20.0, 20.0))))
+    [near] = sweep_remarks(found, seen(SpeedHistory("run-up", (18.5, 18.5), True)))
     assert apart.startswith("the rows, if each is a turn") and "they disagree" in apart
     assert near.startswith("the times give") and near.endswith("they agree")
-    assert "approximation" in sweep_remarks(found, SpeedHistory("run-up", (10.0, 26.0)))[0]
-    assert sweep_remarks(found, None) == sweep_remarks(found, SpeedHistory("run-up")) == ()
+    assert "approximation" in sweep_remarks(found, seen(SpeedHistory("run-up", (10.0, 26.0))))[0]
+    assert sweep_remarks(found, seen()) == sweep_remarks(found, seen(SpeedHistory("run-up"))) == ()
+
+
+def test_a_rate_of_times_is_judged_by_its_pull():
+    """The interval is of times and data together, so that it would hold the rate of the times too often."""
+    history = SpeedHistory("run-up", (22.0, 22.0), True)
+    [near] = sweep_remarks(fitted(Prior(22.0, 2.0)), seen(history))
+    [apart] = sweep_remarks(fitted(Prior(22.0, 1.0)), seen(history))
+    assert near.endswith("they agree") and "22.0 ± 2" not in near and "± 19 rpm/s" in near
+    assert "they disagree" in apart

@@ -58,8 +58,13 @@ def test_equal_differences_are_said_once_and_others_apart():
         estimated("stiffness_difference_x", -5.0, 0.3, "%"), estimated("stiffness_difference_y", 20.0, 0.4, "%")
     )
     bearings = UnequalBearings()
-    assert sentence(bearings.statement(alike)) == "Bearing 2 is 15.0 % softer than bearing 1 in x and y"
-    assert sentence(bearings.statement(apart)) == "Bearing 2 is 10.5 % stiffer in x and 33.3 % softer in y than bearing 1"
+    assert sentence(bearings.statement(alike)) == "Bearing 1 is 8.10 % stiffer in x and y than the others"
+    damped = UnequalBearings(bearing=2, changes="stiffness and damping").statement(
+        alike | sizes(estimated("damping_difference_x", -30.0, 3, "%"), estimated("damping_difference_y", 50.0, 4, "%"))
+    )
+    said = "Bearing 2 is 8.10 % stiffer in x and y and damps 30 % less in x and 50 % more in y than the others"
+    assert sentence(damped) == said
+    assert sentence(bearings.statement(apart)) == "Bearing 1 is 5.0 % softer in x and 20.0 % stiffer in y than the others"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -75,3 +80,22 @@ def test_each_effect_has_a_sentence_with_all_its_places_filled(name, three_disk)
 @pytest.fixture(scope="module")
 def three_disk():
     return ThreeDisk().build()
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "said"),
+    [
+        ("residual_bow", {"shapes": ["sine", "force at 0.5"]},
+         "The shaft is bent by 2.83 µm 0-peak at 45° lead in its middle and by 2.83 µm 0-peak at 45° lead at most, as under a force at 0.5 m"),
+        ("thermal_bow", {"shapes": ["whole"]},
+         "The shaft bends as it warms up, by 2.83 µm 0-peak at 45° lead in its middle"),
+        ("hub_stiffening", {"position": 0.5, "width": 0.05, "is_width_free": True},
+         "The hub at 0.5 m is 2.00 % wider than 50 mm and makes the shaft 2.00 % stiffer in bending"),
+        ("added_mass", {"position": 0.5, "inertia": "assumed", "radius": 0.08},
+         "The rotor carries 2.00 kg more at 0.5 m with a radius of gyration of 80 mm than in the model"),
+    ],
+)  # fmt: skip
+def test_forms_of_an_effect_say_what_they_are(three_disk, name, settings, said):
+    effect = registry.create("effect", name, settings)
+    unknowns = [(each.name, each.unit) for each in effect.parameters(three_disk)]
+    assert sentence(effect.statement(sizes(*(estimated(*each[:1], 2.0, 0.1, each[1]) for each in unknowns)))) == said

@@ -28,7 +28,7 @@ EXPECTED = {
     "cross_coupling_antisymmetric": 1,
     "cross_coupling_symmetric": 1,
     "cubic_stiffness": 1,
-    "flexible_pedestal": 3,
+    "flexible_pedestal": 4,
     "foundation_resonance": 2,
     "internal_damping": 1,
     "local_force": 1,
@@ -314,9 +314,33 @@ def test_cross_coupling_is_that_of_the_bearings(name, sign):
 
 def test_unequal_bearings_are_two_bearings():
     kxx, kyy, *others = REFERENCE
-    values = np.array([[*others, 1.2 * kxx, 0.8 * kxx, 0.7 * kyy, 1.3 * kyy]])
+    values = np.array([[*others, kxx, 1.2 * kxx, kyy, 0.7 * kyy]])
     expected = with_bearing_unknowns("kxx 0", "kxx 1", "kyy 0", "kyy 1").response(values)[0]
-    assert response(effect("unequal_bearings"), [0.2, -0.3]) == pytest.approx(expected, rel=1e-8)
+    assert response(effect("unequal_bearings", bearing=2), [0.2, -0.3]) == pytest.approx(expected, rel=1e-8)
+    softer = np.array([[1.2 * kxx, 0.7 * kyy, *others, 1 / 1.2 - 1, 1 / 0.7 - 1]])
+    assert effect("unequal_bearings").added_to(PLAIN).response(softer)[0] == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_bearing_may_damp_otherwise():
+    kxx, kyy, cxx, cyy, *others = REFERENCE
+    apart = with_bearing_unknowns("kxx 0", "kxx 1", "cxx 0", "cxx 1", "kyy 0", "kyy 1", "cyy 0", "cyy 1")
+    values = [*others, 0.6 * kxx, kxx, 1.5 * cxx, cxx, 0.6 * kyy, kyy, 1.5 * cyy, cyy]
+    found = response(effect("unequal_bearings", changes="stiffness and damping"), [-0.4, -0.4, 0.5, 0.5])
+    assert found == pytest.approx(apart.response(np.array([values]))[0], rel=1e-8)
+
+
+def test_a_bearing_with_unknowns_of_its_own_cannot_differ_from_itself():
+    assert [str(each) for each in effect("unequal_bearings").locations(PLAIN)] == [
+        "stiffness of bearing 1", "stiffness and damping of bearing 1",
+        "stiffness of bearing 2", "stiffness and damping of bearing 2",
+    ]  # fmt: skip
+    one_apart = with_bearing_unknowns("kxx 0", "kxx 1", "kyy 0", "kyy 1")
+    found = effect("unequal_bearings").locations(one_apart)
+    assert [str(each) for each in found] == ["damping of bearing 1", "damping of bearing 2"]
+    all_apart = with_bearing_unknowns("kxx 0", "kxx 1", "cxx 0", "cxx 1")
+    assert effect("unequal_bearings").locations(all_apart) == []
+    with pytest.raises(SettingError, match="bearing: expected one from 1 to 2, got 3"):
+        effect("unequal_bearings", bearing=3).added_to(PLAIN)
 
 
 @pytest.mark.parametrize(

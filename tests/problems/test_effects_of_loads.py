@@ -70,6 +70,28 @@ def test_the_coupling_is_at_the_far_end_where_nobody_says():
     assert found == ["force at 0 m", "force at 1.3 m", "moment at 0 m", "moment at 1.3 m"]
 
 
+def at_places(rotor, **keys):
+    problem = dataclasses.replace(PLAIN, rotor=dataclasses.replace(rotor, **keys))
+    place = effect("coupling_misalignment")
+    return [str(each) for each in place.locations(problem)], place.caveat(problem)
+
+
+def test_misalignment_acts_at_couplings_alone_and_without_any_at_ends_that_carry_no_disk():
+    """The shaft is 0.1 m thick: a disk 0.15 m from its end leaves room for half a coupling, one 0.05 m from it does not."""
+    rotor = PLAIN.rotor
+    assert at_places(rotor, couplings=(0.5, 1.3)) == (
+        ["force at 0.5 m", "force at 1.3 m", "moment at 0.5 m", "moment at 1.3 m"], ""
+    )  # fmt: skip
+    assert at_places(rotor, couplings=(0.51,)) == (["force at 0.51 m"], "")
+    overhung = (*rotor.disks, dataclasses.replace(rotor.disks[0], position=1.3))
+    places, caveat = at_places(rotor, disks=overhung)
+    assert places == ["force at 0 m", "moment at 0 m"] and "state the position of each under `couplings`" in caveat
+    at_both = (*overhung, dataclasses.replace(rotor.disks[0], position=0.0))
+    assert at_places(rotor, disks=at_both)[0] == []
+    beside = (*rotor.disks, dataclasses.replace(rotor.disks[0], position=1.2))
+    assert len(at_places(rotor, disks=beside)[0]) == 4
+
+
 def test_a_skewed_disk_tilts_a_rigid_rotor_by_the_difference_of_its_inertias():
     found = added(effect("skewed_disk"), [1e-3, 2e-3])
     expected = 1j * ARM * tilt((0.02 - 0.01) * SPEED**2 * (1e-3 + 2e-3j))
@@ -162,7 +184,7 @@ def test_run_up_and_run_down_of_a_campaign_differ_by_what_has_grown_between():
     grown = np.linspace(0, 0.5, 9)[:, None]
     assert up - PLAIN.response(REFERENCE[None])[0] == pytest.approx(grown * whole, rel=1e-8)
     assert down - up == pytest.approx((1 - 2 * grown) * whole, rel=1e-7, abs=1e-12)
-    assert str(place) == "runs up and down"
+    assert str(place) == "half sine between the bearings in runs up and down"
 
 
 def test_runs_that_all_go_one_way_start_cold():

@@ -34,15 +34,20 @@ def test_at_3x_it_is_seen_by_either_route(name):
     assert np.abs(problem.response(none)[..., 4:]).max() == 0
 
 
+def ways(direction):
+    """A run whose speed goes that way."""
+    return Run(direction, 1, direction=direction)
+
+
 def test_a_stiff_spring_is_met_on_the_large_motion_up_and_on_the_small_one_down():
     """With four times the unbalance the curve folds."""
     speed = np.linspace(150.0, 230.0, 41)
     problem = place("cubic_stiffness").added_to(PLAIN).at(speed, [Channel(0.44, "y")])
     x = np.concatenate([TRUTH * np.where([name.startswith("u") for name in PLAIN.parameters.names], 4.0, 1.0), [4e13]])
-    up, down = (np.abs(problem.going(direction).response(x[None])[0, :, 0]) for direction in ("up", "down"))
+    up, down = (np.abs(problem.going(ways(direction)).response(x[None])[0, :, 0]) for direction in ("up", "down"))
     apart = up > 1.5 * down
     assert 1 <= apart.sum() <= 20 and np.all(up > 0.9 * down)
-    assert np.array_equal(problem.going("steady").response(x[None]), problem.going("up").response(x[None]))
+    assert np.array_equal(problem.going(ways("steady")).response(x[None]), problem.going(ways("up")).response(x[None]))
 
 
 def test_of_several_steady_motions_that_next_to_a_given_one_is_met_whichever_way_a_run_goes():
@@ -51,10 +56,10 @@ def test_of_several_steady_motions_that_next_to_a_given_one_is_met_whichever_way
     stop = registry.create("effect", "clearance_rub", {"position": 0.4}).added_to(PLAIN)
     x = np.concatenate([TRUTH * np.where(np.isin(PLAIN.parameters.names, ["u1", "u2"]), 4.0, 1.0), [1e5, 45e-6, 0.02]])
     run = stop.at(speed, seen)
-    up, down = (run.going(direction).response(x[None])[0] for direction in ("up", "down"))
+    up, down = (run.going(ways(direction)).response(x[None])[0] for direction in ("up", "down"))
     assert np.abs(up - down).max() > 0.3 * np.abs(down).max()
     for going, other in (("up", down), ("down", up)):
-        assert run.going(going).next_to(other).response(x[None])[0] == pytest.approx(other, rel=1e-6, abs=1e-12)
+        assert run.going(ways(going)).next_to(other).response(x[None])[0] == pytest.approx(other, rel=1e-6, abs=1e-12)
     runs = Campaign((Run("a", 36, (), "up"), Run("b", 36, (), "down")))
     both = CampaignProblem(stop.at(np.tile(speed, 2), seen), runs)
     swapped = np.concatenate([down, up])

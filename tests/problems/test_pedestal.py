@@ -1,10 +1,15 @@
 """A flexible pedestal in closed form: it is in series with its bearing."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from ksmea.plugins import registry
+from ksmea.problem.parameters import Parameter
 from problems.rotor.finite_elements.bearing import in_series
+from problems.rotor.response.unknowns import BearingTarget, Unknown
+from rigid_rotor import problem_of, rigid_rotor
 
 
 def effect(name, **settings):
@@ -22,15 +27,15 @@ def on_pedestals(pedestal, impedance, speed, theta):
 
 def test_a_rigid_pedestal_is_none_whatever_its_mass():
     impedance, speed = random_impedance(3, 5), np.linspace(100, 1500, 5)
-    theta = np.array([[0, 0, 0], [0, 0, 30], [0, 0, 90.0]])
+    theta = np.array([[0, 0, 0, 0], [0, 0, 30, 0], [0, 0, 90.0, 0.1]])
     assert np.array_equal(on_pedestals(effect("flexible_pedestal"), impedance, speed, theta), impedance)
 
 
 def test_a_pedestal_is_in_series_with_its_bearing():
-    pedestal, speed = effect("flexible_pedestal", loss_factor=0.1), np.linspace(100, 1500, 5)
-    impedance, theta = random_impedance(2, 5), np.array([[3e-9, 8e-9, 20.0], [1e-9, 0.0, 70.0]])
-    found = np.moveaxis(on_pedestals(pedestal, impedance, speed, theta), (1, 2), (-2, -1))
-    compliance = [s / (1 + 0.1j - s * theta[:, 2:] * speed**2) for s in theta[:, :2].T[:, :, None]]  # (n, n_speed)
+    speed, loss = np.linspace(100, 1500, 5), np.array([[0.1], [0.03]])
+    impedance, theta = random_impedance(2, 5), np.array([[3e-9, 8e-9, 20.0, 0.1], [1e-9, 0.0, 70.0, 0.03]])
+    found = np.moveaxis(on_pedestals(effect("flexible_pedestal"), impedance, speed, theta), (1, 2), (-2, -1))
+    compliance = [s / (1 + 1j * loss - s * theta[:, 2:3] * speed**2) for s in theta[:, :2].T[:, :, None]]  # (n, n_speed)
     diagonal = np.stack(compliance, axis=-1)[..., None] * np.eye(2)
     expected = np.linalg.inv(np.linalg.inv(np.moveaxis(impedance, (1, 2), (-2, -1))) + diagonal)
     assert found == pytest.approx(expected, rel=1e-9)
@@ -43,3 +48,17 @@ def test_springs_in_series_add_their_compliances():
     found = on_pedestals(pedestal, impedance, np.array([1e-3]), np.array([[1e-8, 2e-8, 50.0]]))
     assert found[0, 0, 0, 0, 0].real == pytest.approx(1 / (1 / 5e7 + 1e-8))
     assert found[0, 1, 1, 0, 0].real == pytest.approx(1 / (1 / 7e7 + 2e-8))
+
+
+def test_the_softest_pedestal_is_that_of_physics_and_not_of_search_limits():
+    """Weight presses it down by 0.2 mm, whatever stiffness the bearings may have; a loss factor that is known is no unknown."""
+    limits = []
+    for largest in (1e8, 1e12):
+        stiffness = Unknown(Parameter("k", "N/m", 1.0, 1e5, largest), (BearingTarget(0, "kxx"),))
+        problem = dataclasses.replace(problem_of(rigid_rotor(), np.array([100.0])), unknowns=(stiffness,))
+        found = effect("flexible_pedestal").parameters(problem)
+        assert [item.name for item in found][3:] == ["pedestal_loss_factor"]
+        limits.append(found[0].upper)
+        assert len(effect("flexible_pedestal", loss_factor=0.02).parameters(problem)) == 3
+    weight = 9.80665 * problem.rotor.mass
+    assert limits == [pytest.approx(0.2e-3 * 2 / weight)] * 2

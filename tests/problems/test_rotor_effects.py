@@ -13,7 +13,7 @@ from ksmea.problem.parameters import Parameter
 from problems.rotor.finite_elements.assembly import assemble_free, displacement_row, node_dof
 from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Hub, Rotor, UnbalancePlane
-from problems.rotor.finite_elements.segments import Disk
+from problems.rotor.finite_elements.segments import Disk, MassChange
 from problems.rotor.finite_elements.shaft import shear_coefficient
 from problems.rotor.free_motion.modes import natural_frequencies, natural_modes
 from problems.rotor.free_motion.static_load import buckling_load
@@ -56,6 +56,39 @@ def test_an_added_mass_is_a_disk_without_moments_of_inertia(position):
     expected = dataclasses.replace(fine, rotor=heavier).response(REFERENCE[None])
     found = effect("added_mass", position=position).added_to(fine).response(np.append(REFERENCE, 4.0)[None])
     assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("position", [0.0, 0.5, 0.77])
+@pytest.mark.parametrize("mass", [4.0, -2.0])
+def test_an_added_mass_may_have_moments_of_inertia(position, mass):
+    """As a disk of that mass and size, which is lighter in its place where mass is missing."""
+    at = [disk for disk in PLAIN.rotor.disks if disk.position == position]
+    radius = np.sqrt(at[0].polar_inertia / at[0].mass) if at else 0.1 * np.sqrt(5 / 8)
+    shape = at[0].diametral_inertia / at[0].polar_inertia if at else 0.5
+    polar = 1.5 * mass * radius**2
+    fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5], n_speed=14).build()
+    exact = MassChange(0.75 if position == 0.77 else position, mass, polar, shape * polar, True, offset=0.02 * (position == 0.77))
+    expected = dataclasses.replace(fine, rotor=dataclasses.replace(fine.rotor, masses=(exact,))).response(REFERENCE[None])
+    free = effect("added_mass", position=position, inertia="free")
+    found = free.added_to(fine).response(np.append(REFERENCE, [mass, 1.5])[None])
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    assumed = effect("added_mass", position=position, inertia="assumed", radius=radius * np.sqrt(1.5))
+    found = assumed.added_to(fine).response(np.append(REFERENCE, mass)[None])
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_masses_with_inertia_are_looked_for_on_rotors_that_were_drawn():
+    drawn = dataclasses.replace(PLAIN, is_as_drawn=True)
+    found = [str(place) for place in effect("added_mass").locations(drawn)]
+    assert len(found) == 12 and found[6] == "at 0.2 m with a radius of gyration of 91.9 mm"
+    assert found[9] == "at 0 m with a radius of gyration of 79.1 mm"  # a sleeve of 100 and 200 mm
+    [free] = effect("added_mass").locations(drawn)[6].kin(drawn)
+    assert free.inertia == "free" and free.kin(drawn) == [] and len(free.parameters(drawn)) == 2
+
+
+def test_places_that_differ_by_rounding_are_one():
+    rotor = dataclasses.replace(PLAIN.rotor, disks=(*PLAIN.rotor.disks, Disk(0.2 + 1e-12, 1.0, 1e-3, 1e-3)))
+    assert len(effect("added_mass").locations(dataclasses.replace(PLAIN, rotor=rotor))) == 6
 
 
 def test_masses_are_looked_for_on_disks_ends_and_long_spans():
@@ -184,6 +217,20 @@ def test_a_hub_makes_a_stepped_beam_whatever_the_mesh(width, n_element):
     stiffness, left = held(rotor, [*node_dof(0)[:2], *node_dof(n_element)[:2]])
     found = load[left] @ np.linalg.solve(stiffness, load[left])
     assert found == pytest.approx(stepped_deflection(beam, min(width, 1.0), 1.7), rel=1e-9)  # exact but for rounding
+
+
+def test_the_width_of_a_hub_may_be_an_unknown():
+    drawn = dataclasses.replace(PLAIN, is_as_drawn=True)
+    places = effect("hub_stiffening").locations(drawn)
+    assert len(places) == 6 and len(effect("hub_stiffening").locations(PLAIN)) == 3
+    free = places[4]
+    assert str(free) == "at 0.5 m with a width that changes from 50 mm"
+    found = free.rotor(PLAIN.rotor, np.array([1.7, 0.6]))
+    assert [(hub.position, hub.stiffening) for hub in found.hubs] == [(0.5, 1.7)]
+    assert found.hubs[0].width == pytest.approx(0.08)
+    x = np.append(REFERENCE, [1.7, 0.6])
+    expected = effect("hub_stiffening", position=0.5, width=0.08).added_to(PLAIN).response(x[None, :-1])
+    assert free.added_to(drawn).response(x[None]) == pytest.approx(expected, rel=1e-12)
 
 
 def test_hubs_that_overlap_multiply_and_a_hub_of_nothing_is_none():

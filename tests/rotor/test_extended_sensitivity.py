@@ -75,9 +75,10 @@ def test_it_is_the_slope_of_the_response(problem):
 
 def test_at_a_limit_it_is_the_slope_into_the_box():
     problem = PROBLEMS["flexible_pedestal"]
-    x = np.concatenate([PLAIN.parameters.to_si(np.full(len(PLAIN.parameters), 0.4)), np.zeros(3)])
+    x = np.concatenate([PLAIN.parameters.to_si(np.full(len(PLAIN.parameters), 0.4)), np.zeros(4)])
     parameters = problem.parameters
     ahead = central_differences(x, 1e-6 * parameters.width, parameters.lower, parameters.upper)
     change = np.abs(problem.sensitivity(x) - ahead.derivative(problem.response(ahead.points))) * parameters.width
-    # Both are of first order there, over the same step; without a compliance the mass does nothing.
-    assert change.max() < 1e-4 * np.abs(problem.sensitivity(x) * parameters.width).max()
+    # Both are of first order there, over the same step, 1e-6 of a softest pedestal that is ten times as soft as a bearing of 46 MN/m;
+    # without a compliance the mass does nothing.
+    assert change.max() < 1e-3 * np.abs(problem.sensitivity(x) * parameters.width).max()

@@ -118,7 +118,7 @@ def test_the_amplification_factor_is_that_of_the_response():
 
 
 def test_effects_at_zero_change_nothing():
-    extended = effect("cross_coupling_antisymmetric").added_to(effect("flexible_pedestal").added_to(PLAIN))
+    extended = effect("cross_coupling_antisymmetric").added_to(effect("flexible_pedestal", loss_factor=0.02).added_to(PLAIN))
     speed = np.array([100.0, 1000.0])
     own = PLAIN.free_rotor(REFERENCE, 2000.0).frequencies(speed)[:, -20:]
     x = np.append(REFERENCE, np.zeros(len(extended.parameters) - len(REFERENCE)))
@@ -128,7 +128,7 @@ def test_effects_at_zero_change_nothing():
 
 
 def test_on_pedestals_the_response_peaks_at_the_critical_speeds():
-    extended = effect("flexible_pedestal").added_to(PLAIN)
+    extended = effect("flexible_pedestal", loss_factor=0.02).added_to(PLAIN)
     x = np.append(REFERENCE, [1e-8, 5e-9, 40.0])
     found = drawn(extended, x, highest_rpm=9000, harmonics=[1.0])
     assert "support" in found.layout.support and len(found.critical_speeds) == 3
@@ -238,6 +238,6 @@ def test_an_extended_rotor_knows_its_critical_speeds_and_modes():
     assert extended.campbell(x, speed, 4).frequency == pytest.approx(
         PLAIN.campbell(REFERENCE, speed, 4).frequency, rel=1e-5
     )
-    softer, at = effect("flexible_pedestal").added_to(PLAIN), np.append(REFERENCE, [1e-8, 5e-9, 40.0])
+    softer, at = effect("flexible_pedestal", loss_factor=0.02).added_to(PLAIN), np.append(REFERENCE, [1e-8, 5e-9, 40.0])
     of_study = [each.speed for each in drawn(softer, at, highest_rpm=9000, harmonics=[1.0]).critical_speeds]
     assert set(np.round(of_study, 3)) <= set(np.round(softer.critical_speeds(at, highest), 3))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
+from ksmea.measurement.campaign import Run
 from ksmea.plugins.registry import create
 from ksmea.problem.load import Load
 from problems.rotor.extension.extended import ExtendedPhysics
@@ -65,7 +66,7 @@ def test_a_changed_rotor_keeps_its_effects():
 
 
 def test_a_rotor_without_effects_goes_as_it_is():
-    assert PROBLEM.going("down") is PROBLEM and PROBLEM.next_to(np.zeros((11, 2))) is PROBLEM
+    assert PROBLEM.going(Run("", 1, direction="down")) is PROBLEM and PROBLEM.next_to(np.zeros((11, 2))) is PROBLEM
 
 
 def test_a_rotor_with_effects_can_be_sent_to_workers():

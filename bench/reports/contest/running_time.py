@@ -99,7 +99,7 @@ def spent(hits: Array, ends: Array) -> Array:
 
 
 def expected_running_time(costs: Array, successes: Array) -> Array:
-    """ERT of summed costs and numbers of successes, of any common shape; infinite if there is not a success.
+    """ERT of summed costs and numbers of successes, of any common shape; infinite if there is no success.
 
     Two runs reach the target at 10 and 30, one ends at 100 without:
 

@@ -53,7 +53,7 @@ _NOT_PLACE = ("cell", "seed", "status", "error")
 
 
 def _is_place(column: pd.Series) -> bool:
-    """Whether a column of runs.csv says where a run stands: it is filled if there is not a result."""
+    """Whether a column of runs.csv says where a run stands: it is filled if there is no result."""
     return bool(column.notna().all() and (column.astype(str) != "").all())
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices, Mask
 from ksmea.errors import SettingError
+from ksmea.measurement.campaign import Run
 from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter, name_at
 from ksmea.problem.problem import Given
@@ -81,8 +82,8 @@ class RotorHooks(ABC):
         """Nodal forces per unit of each load, (n_speed, n_dof, n_load)."""
         raise NotImplementedError
 
-    def going(self, direction: str) -> Self:
-        """This effect in a run with rising, falling or steady speed. Default: unchanged."""
+    def going(self, run: Run) -> Self:
+        """This effect as the speed goes in one run of a campaign. Default: unchanged."""
         return self
 
     def load_sizes(self, theta: Array) -> ComplexArray:

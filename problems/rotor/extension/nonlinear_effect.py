@@ -6,6 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Self
 
+from ksmea.measurement.campaign import Run
 from ksmea.measurement.measurement import Measurement
 from ksmea.nonlinear.laws import Law
 from ksmea.settings.settings import setting
@@ -34,7 +35,10 @@ class NonlinearEffect(RotorEffect):
     def orders(self) -> tuple[int, ...]:
         return tuple(range(1, self.harmonics + 1, 2))
 
-    def going(self, direction: str) -> Self:
+    def going(self, run: Run) -> Self:
+        return self._towards(run.direction)
+
+    def _towards(self, direction: str) -> Self:
         return dataclasses.replace(self, direction=direction) if direction in (UP, DOWN) else self
 
     def force_at(self) -> tuple[float, Law] | None:
@@ -48,7 +52,7 @@ class NonlinearEffect(RotorEffect):
         campaign, history = measurement.campaign, measurement.history
         if all(channel.is_1x for channel in measurement.channels) and (campaign is None or len(campaign.runs) < 2):
             return None
-        return self.going(OF_HISTORY.get(history.direction, "")) if history else self
+        return self._towards(OF_HISTORY.get(history.direction, "")) if history else self
 
 
 def eccentricity(problem: RotorProblem) -> float:

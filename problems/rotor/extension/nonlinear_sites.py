@@ -37,7 +37,7 @@ def with_nonlinear_forces(
 
     `columns` (n, n_speed, n_seen, 1 + n_unit) are the motion without and the responses to unit forces in x and y at all sites.
     `at_order` gives responses to these at another harmonic: of the seen channels, and behind them of the sites,
-    (n, n_speed, n_seen + n_unit, n_unit). Raises `SettingError` where there are further columns: to loads there is not a response of
+    (n, n_speed, n_seen + n_unit, n_unit). Raises `SettingError` where there are further columns: to loads there is no response of
     its own.
     """
     if not forces:

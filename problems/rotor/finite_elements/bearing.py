@@ -253,13 +253,13 @@ class Support:
 
     spring: Array  # (2 axes, n) m/N, compliance
     mass: Array  # (n,) kg
-    loss_factor: float  # η of the springs
+    loss_factor: float | Array  # η of the springs, of all sets or (n,)
     is_common: bool = False
 
     def compliance(self, frequency: Array) -> ComplexArray:
         """Dynamic compliance (2 axes, n, n_frequency) m/N at frequencies (n_frequency,) rad/s."""
         spring, mass = self.spring[:, :, None], self.mass[:, None]
-        loss = self.loss_factor * np.sign(frequency)
+        loss = np.reshape(self.loss_factor, (-1, 1)) * np.sign(frequency)
         return np.asarray(spring / (1 + 1j * loss - spring * mass * frequency**2))
 
 

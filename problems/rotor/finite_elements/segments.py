@@ -250,6 +250,16 @@ class Disk:
         return dataclasses.replace(made, standing_damping=self.standing_damping, offset=self.offset)
 
 
+@dataclass(frozen=True)
+class MassChange(Disk):
+    """What a place of the shaft carries in addition to a drawing: mass and inertias, all negative if it carries less."""
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "polar_inertia", "diametral_inertia"):
+            if not abs(getattr(self, name)) <= LARGEST:
+                raise SettingError(f"{name.replace('_', ' ')}: expected a number, got {getattr(self, name)}")
+
+
 def require_positive(what: str, value: float, unit: str) -> None:
     if not 1 / LARGEST <= value <= LARGEST:
         raise SettingError(f"{what}: expected a number above 0 {unit}, got {value}")

@@ -18,6 +18,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.measurement.campaign import Run
 from ksmea.measurement.channel import Channel
 from ksmea.problem.load import Load
 from ksmea.problem.parameters import PHASE_ORIGIN, Parameter, Parameters
@@ -42,7 +43,7 @@ class EffectOnRotor(Protocol):
     def physics(self, plain: Any, effects: tuple[Any, ...], near: ComplexArray | None) -> Physics:
         """The physics of a rotor without effects, its effects, and a motion as of `Problem.next_to`."""
 
-    def going(self, direction: str) -> Self: ...
+    def going(self, run: Run) -> Self: ...
 
 
 class KnownToTolerance(Protocol):
@@ -202,8 +203,8 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
     def at(self, speed: Array, channels: Sequence[Channel]) -> RotorProblem:
         return self._changed(speed=speed, channels=tuple(channels))
 
-    def going(self, direction: str) -> RotorProblem:
-        effects = [effect.going(direction) for effect in self.effects]
+    def going(self, run: Run) -> RotorProblem:
+        effects = [effect.going(run) for effect in self.effects]
         return self.with_effects(effects, self.near) if self.effects else self
 
     def next_to(self, motion: ComplexArray) -> RotorProblem:
