@@ -93,7 +93,11 @@ class LoadedProblem:
     def x(self, values: Mapping[str, SupportsFloat] | None = None) -> Array:
         """A parameter vector (d,), SI, from values by name, as numbers or of an identification; `SettingError` if one has no value.
         The origin of measured phases, which belongs to the data, is passed over."""
-        given = {name: float(value) for name, value in (values or {}).items() if name != PHASE_ORIGIN or name in self.parameters.names}
+        given = {
+            name: float(value)
+            for name, value in (values or {}).items()
+            if name != PHASE_ORIGIN or name in self.parameters.names
+        }
         for name in given:
             if name not in self.parameters.names:
                 raise unknown("unknown of the problem:", name, self.parameters.names)
@@ -122,12 +126,16 @@ class LoadedProblem:
         response: ComplexArray = problem.response(self.x(values)[None])[0]
         return response
 
-    def critical_speeds(self, values: Mapping[str, SupportsFloat] | None = None, *, highest: float | None = None) -> Array:
+    def critical_speeds(
+        self, values: Mapping[str, SupportsFloat] | None = None, *, highest: float | None = None
+    ) -> Array:
         """Speeds (rad/s) at which a damped natural frequency equals the speed, up to `highest` (the highest of the
         problem's speeds if not given)."""
         return self.problem.critical_speeds(self.x(values), highest)
 
-    def modes(self, speed: float, values: Mapping[str, SupportsFloat] | None = None, *, n_mode: int = 6) -> tuple[Mode, ...]:
+    def modes(
+        self, speed: float, values: Mapping[str, SupportsFloat] | None = None, *, n_mode: int = 6
+    ) -> tuple[Mode, ...]:
         """The first damped modes at a speed (rad/s): frequency, damping ratio, whirl and shape."""
         return self.problem.modes(self.x(values), speed, n_mode)
 
@@ -139,7 +147,9 @@ class LoadedProblem:
             speed = np.linspace(0.0, float(self.speed.max()), 51)
         return self.problem.campbell(self.x(values), np.asarray(speed, float), n_mode)
 
-    def stability_threshold(self, values: Mapping[str, SupportsFloat] | None = None, *, highest: float | None = None) -> float:
+    def stability_threshold(
+        self, values: Mapping[str, SupportsFloat] | None = None, *, highest: float | None = None
+    ) -> float:
         """The lowest spin speed (rad/s) at which a free motion grows, up to `highest` (the highest of the problem's speeds
         if not given); 0: from rest, infinite: nowhere."""
         return self.problem.stability_threshold(self.x(values), float(self.speed.max()) if highest is None else highest)

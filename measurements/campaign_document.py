@@ -108,9 +108,7 @@ def _weight(block: Block, of_planes: Mapping[float, Stated]) -> tuple[Weight, We
 def _unknown_weight(block: Block, of_planes: Mapping[float, Stated]) -> UnknownWeight:
     block.check_keys(["position"], ["at_most_g_mm", "at_most", "g_mm", "size", "angle_deg"])
     if "angle_deg" in block.values:
-        raise block.error(
-            "angle_deg", "expected g_mm with it; a weight of unknown size has no known angle: omit it"
-        )
+        raise block.error("angle_deg", "expected g_mm with it; a weight of unknown size has no known angle: omit it")
     position, at_most = block.number("position", "m"), None
     if "at_most_g_mm" in block.values:
         at_most = block.number("at_most_g_mm", "g mm", above=0) * GRAM_MILLIMETRE

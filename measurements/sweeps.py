@@ -90,7 +90,10 @@ def require_one_way(rows: Rows, path: str) -> None:
 FEWEST = 10  # rows with times that say a rate
 MANY = 50  # rows without times that are taken for a sweep: steady speeds are set by hand, and fewer
 EVEN = 0.02  # of the mean step, by which the steps of a grid of steady speeds differ at most
-FEWEST_EVEN, SINGLE = 3.0, 0.5  # even steps in a row, on average, of a grid that is finer in places; part of the rows that are of one step
+FEWEST_EVEN, SINGLE = (
+    3.0,
+    0.5,
+)  # even steps in a row, on average, of a grid that is finer in places; part of the rows that are of one step
 NEAR_ROW = 1.0  # rows: root mean square distance of the row numbers from those at a constant rate
 STRAIGHTER = 3.0  # times as near as those of a speed that rises evenly from row to row
 

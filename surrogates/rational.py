@@ -75,9 +75,7 @@ class Rational(Surrogate):
 
     def _required_substitute(self) -> Surrogate:
         if (substitute := self.substitute) is None:
-            raise SettingError(
-                "surrogate=rational: expected the impedances (`with_structure`), got samples alone"
-            )
+            raise SettingError("surrogate=rational: expected the impedances (`with_structure`), got samples alone")
         return substitute
 
 

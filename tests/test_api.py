@@ -59,7 +59,7 @@ def test_importing_loads_nothing_else():
 
 def test_an_identification_is_a_mapping_of_its_values(found, rotor):
     """Its response is that at its values; the origin of measured phases belongs to the data."""
-    assert len(found) == len(dict(found)) == len(found.record.parameters) and list(found)[0] == "kxx"
+    assert len(found) == len(dict(found)) == len(found.record.parameters) and next(iter(found)) == "kxx"
     numbers = {name: value.value for name, value in found.items() if name in rotor.parameters.names}
     assert float(found["kxx"]) == found["kxx"].value
     assert "phase_origin" in found and np.array_equal(rotor.response(found), rotor.response(numbers))

@@ -224,7 +224,10 @@ def _by_level(plan: Plan, known: pd.DataFrame) -> list[str]:
             return [f"{axis} {place_text(level)} {_excess(mine)}" for level, mine in groups]
     worst = known.sort_values("beyond_pct", ascending=False).head(MOST_CELLS)
     more = f"{len(known) - len(worst)} more cells are lower" if len(known) > len(worst) else ""
-    return [*(f"{_excess(row.to_frame().T)}{_of_cell(plan, row)}" for _, row in worst.iterrows()), *filter(None, [more])]
+    return [
+        *(f"{_excess(row.to_frame().T)}{_of_cell(plan, row)}" for _, row in worst.iterrows()),
+        *filter(None, [more]),
+    ]
 
 
 def _excess(rows: pd.DataFrame) -> str:

@@ -309,7 +309,9 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
         trials = _acting_where(where, trials, state.baseline.best)
         significant = [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
     firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
-    seconds = [trial for trial in trials if trial.candidate in state.candidates]  # without kin, which are pairs of their own
+    seconds = [
+        trial for trial in trials if trial.candidate in state.candidates
+    ]  # without kin, which are pairs of their own
     pairs = pairs_beside(firsts, seconds, state.baseline, search, is_scanned=not leaves_noise)
 
     def best_of(pairs: Sequence[Explanation]) -> list[Explanation]:
@@ -337,9 +339,7 @@ def _acting_where(found: Location, trials: tuple[Trial, ...], baseline: Fit) -> 
     return tuple(trial for trial, at in zip(trials, places) if len(at) and all(map(found.accepts, at)))
 
 
-def _concluded(
-    state: _State, left_out: Mapping[str, str], search: Search, *, is_first: bool = True
-) -> Diagnosis:
+def _concluded(state: _State, left_out: Mapping[str, str], search: Search, *, is_first: bool = True) -> Diagnosis:
     """The diagnosis that a last state comes to; once again with another explanation in the lead, if intervals show that it has clearly
     most of the weight."""
     explained, workers = state.explained, search.workers

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -73,7 +73,7 @@ def _of_pairs(change: Array, bases: Sequence[Array]) -> dict[tuple[int, int], fl
     if not bases or not size:
         return {}
     ends = np.cumsum([0, *(basis.shape[1] for basis in bases)])
-    own = [np.arange(start, stop) for start, stop in zip(ends, ends[1:])]
+    own = [np.arange(start, stop) for start, stop in pairwise(ends)]
     whole = np.hstack(bases)
     gram, along = whole.T @ whole, whole.T @ change / size
     found = {}

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -207,9 +208,7 @@ def refined(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> 
     return ranked(better)
 
 
-def exchanged(
-    trials: Sequence[Trial], baseline: BaselineFits, search: Search, is_first: bool = True
-) -> list[Trial]:
+def exchanged(trials: Sequence[Trial], baseline: BaselineFits, search: Search, is_first: bool = True) -> list[Trial]:
     """The trials, each with the better of its fit and further ones to the end, from the unknowns that the best `EXCHANGED` effects
     have, and in a first exchange those of these effects from a screening by variable projection. A trial whose response may jump only if it is a rival."""
     leads = list(best_by_name(trials).values())[:EXCHANGED]
@@ -359,7 +358,7 @@ class Explanation:
         """The place of each of its effects among the unknowns of all of them."""
         machine = self.fit.problem.machine
         ends = np.cumsum([0, *(len(each.effect.parameters(machine)) for each in self.applied)])
-        return [slice(start, stop) for start, stop in zip(ends, ends[1:])]
+        return [slice(start, stop) for start, stop in pairwise(ends)]
 
     def is_same(self, other: Explanation) -> bool:
         """Whether it has the same effects at the same locations, in whatever order."""

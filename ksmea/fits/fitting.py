@@ -251,7 +251,7 @@ def fit_by_elimination(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling
     zero = without_effects(fit.problem, baseline.best.likelihood.d)
     found = eliminated(fit.case, baseline.screened.points, zero)
     starts = found.apart(effort.effect_starts, EFFECT_START_DISTANCE).points
-    maxima = _maxima(fit.likelihood, [fit.likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
+    maxima = maxima_from(fit.likelihood, [fit.likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
     return min(fit, Fit(fit.likelihood, maxima[0]), key=lambda each: each.deviance)
 
 

@@ -31,7 +31,9 @@ def unbalance_planes(problem: Problem) -> list[tuple[int, int]]:
     middle = parameters.to_si(np.full(len(parameters), 0.5))
     magnitudes = [index for index, item in enumerate(parameters) if item.is_unbalance]
     moved = {index: _moved(problem, middle, index) for index in range(len(parameters))}
-    phases = {moved[index]: index for index, item in enumerate(parameters) if item.is_full_turn and len(moved[index]) == 1}
+    phases = {
+        moved[index]: index for index, item in enumerate(parameters) if item.is_full_turn and len(moved[index]) == 1
+    }
     pairs = [(index, phases[moved[index]]) for index in magnitudes if moved[index] in phases]
     is_complete = len(pairs) == len(magnitudes) == len({phase for _, phase in pairs}) >= FEWEST
     return pairs if is_complete else []

@@ -27,7 +27,9 @@ class Direct(Method):
 
     optimizer: Optimizer = part("what searches the true model")
     misfit: str = setting("likelihood", "form of the misfit", choices=FORMS)
-    budget: int | None = setting(None, "largest number of true-model evaluations; null: no limit but the optimiser's", at_least=1)
+    budget: int | None = setting(
+        None, "largest number of true-model evaluations; null: no limit but the optimiser's", at_least=1
+    )
     jacobian_cost: int = setting(
         0,
         "evaluations that one Jacobian counts as in the budget; 0: it is counted apart, and costs nothing",

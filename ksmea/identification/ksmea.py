@@ -84,7 +84,9 @@ class KSMEA(Method):
         at_least=0,
     )
     surrogate_budget: int | None = setting(
-        None, "largest number of surrogate evaluations per updating step; null: no limit but the optimiser's", at_least=1
+        None,
+        "largest number of surrogate evaluations per updating step; null: no limit but the optimiser's",
+        at_least=1,
     )
     polish: bool = setting(True, "end each search on the surrogate with bounded least squares from the optimum found")
     nearest: int | None = setting(

@@ -57,7 +57,9 @@ def input_budget(point: Point, parameters: Parameters) -> InputBudget:
     """The budget at a maximum of a joint likelihood."""
     columns, (value, stated) = parameters.with_prior, parameters.priors
     by_noise, by_input, sd = by_noise_and_inputs(point.whitened, len(parameters), columns, stated)
-    told = np.sqrt(np.maximum(stated**2 - sd**2, (1 - SEEN**2) * stated**2))  # else rounding over nothing for one that is not seen
+    told = np.sqrt(
+        np.maximum(stated**2 - sd**2, (1 - SEEN**2) * stated**2)
+    )  # else rounding over nothing for one that is not seen
     return InputBudget(sd, (point.theta[columns] - value) / told, by_noise, by_input)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -77,7 +77,7 @@ class Measurement:
     campaign: Campaign | None = None
     history: SpeedHistory | None = None
     time: Array | None = None
-    notation: Notation = Notation()
+    notation: Notation = field(default_factory=Notation)
 
     def __post_init__(self) -> None:
         expected = (len(self.speed), len(self.channels))

@@ -82,7 +82,9 @@ def of_text(text: str) -> Notation:
         return Notation()
     words, *names = found[1].split("; ")
     pairs = (each.partition(" = ") for each in names)
-    return dataclasses.replace(Notation().with_words(words), names={channel.strip(): name for name, _, channel in pairs})
+    return dataclasses.replace(
+        Notation().with_words(words), names={channel.strip(): name for name, _, channel in pairs}
+    )
 
 
 def _fields_of(word: str) -> dict[str, Any]:

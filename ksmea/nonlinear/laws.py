@@ -32,7 +32,10 @@ CROSS = np.array([[[0.0, 1.0], [-1.0, 0.0]]])
 ISOTROPIC = np.concatenate([np.eye(2)[None], CROSS])
 
 N_THRESHOLD = 12  # amplitudes that a search for a threshold starts from
-N_NATURAL, STARTS_BEYOND = 40, 1.5  # natural frequencies of a spring-mass that a search starts from; beyond the band, factor
+N_NATURAL, STARTS_BEYOND = (
+    40,
+    1.5,
+)  # natural frequencies of a spring-mass that a search starts from; beyond the band, factor
 START_RATIOS = (0.003, 0.03, 0.2)  # damping ratios with each of them
 
 OfSpeed = Callable[[Array], ComplexArray]  # speeds (n_speed,) rad/s → what acts per unit of each coefficient
@@ -158,7 +161,9 @@ class SpringMass(StiffnessLaw):
         mass, natural, ratio = coefficients.T[..., None]  # (n, 1) each
         carried = natural**2 + 2j * ratio * natural * speed
         below = carried - speed**2
-        with np.errstate(divide="ignore", invalid="ignore"):  # undamped at its own frequency: the response is refused as infinite
+        with np.errstate(
+            divide="ignore", invalid="ignore"
+        ):  # undamped at its own frequency: the response is refused as infinite
             whole = -mass * speed**2 * carried / below
         return np.asarray(np.where(mass == 0, 0.0, whole)[..., None, None] * np.eye(2))
 

@@ -20,10 +20,10 @@ from ksmea.arrays import Array
 from ksmea.measurement.measurement import Measurement
 from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
-from ksmea.records.statement import ORBIT as ORBIT
+from ksmea.records.statement import ORBIT as ORBIT  # noqa: PLC0414 – part of the contract
 from ksmea.records.statement import POLAR
-from ksmea.records.statement import SizeRecord as SizeRecord
-from ksmea.records.statement import StatementRecord as StatementRecord  # both are part of the contract
+from ksmea.records.statement import SizeRecord as SizeRecord  # noqa: PLC0414 – part of the contract
+from ksmea.records.statement import StatementRecord as StatementRecord  # noqa: PLC0414 – part of the contract
 from ksmea.settings.settings import Settings
 
 Seen = TypeVar("Seen", bound="Problem")  # the kind of problems that an effect can be added to
@@ -116,7 +116,9 @@ class Effect(Settings, Generic[Seen]):
         Default: what `says` has it; an effect whose sentence depends on its sizes, or needs others, overrides it."""
         place = str(self)
         words = self.in_words()
-        return StatementRecord(words, self.says or self._in_short(sizes), dict(sizes), place, self.check_next, self.picture)
+        return StatementRecord(
+            words, self.says or self._in_short(sizes), dict(sizes), place, self.check_next, self.picture
+        )
 
     def vectors(self) -> Sequence[str]:
         """Names of vectors among its unknowns, without `_x` and `_y`. Default: empty."""

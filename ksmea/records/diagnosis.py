@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ksmea.measurement.notation import Notation
 from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.curves import FineCurve, check_shape
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord, StabilityRecord
@@ -27,7 +28,6 @@ from ksmea.records.extension import (
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.inputs import InputRecord
 from ksmea.records.location import LocationRecord
-from ksmea.measurement.notation import Notation
 from ksmea.records.record import Record
 from ksmea.units import VIBRATION, Quantity, Speed
 

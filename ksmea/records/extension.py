@@ -92,7 +92,9 @@ class EffectRecord(Record):
     name: str
     location: str
     settings: Mapping[str, Any]
-    statement: StatementRecord | None = None  # what is said of it at its fitted sizes; None in older records, and where it has none
+    statement: StatementRecord | None = (
+        None  # what is said of it at its fitted sizes; None in older records, and where it has none
+    )
 
 
 @dataclass(frozen=True)

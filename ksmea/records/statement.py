@@ -17,7 +17,6 @@ from ksmea.arrays import Array
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.record import Record
 
-
 POLAR, ORBIT = "polar", "orbit"
 
 

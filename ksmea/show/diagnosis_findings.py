@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from ksmea.measurement.notation import SPEEDS, Notation
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord, Shown
 from ksmea.records.extension import EffectRecord
-from ksmea.measurement.notation import SPEEDS, Notation
 from ksmea.records.statement import StatementRecord
 from ksmea.show import statements
 from ksmea.show.diagnosis_tables import averaged_values
@@ -79,13 +79,19 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
         return f"The residuals are consistent with noise ({chance(test.before)}). The values below hold."
     rejected = f"The model as given does not fit: its residuals are not noise ({chance(test.before)})"
     if test.before.p >= test.level:
-        rejected = f"The residuals of the model as given could be noise ({chance(test.before)}), but the effect is significant"
+        rejected = (
+            f"The residuals of the model as given could be noise ({chance(test.before)}), but the effect is significant"
+        )
     if not record.is_explained:
         largest = f"They are largest {where(test.before, notation)}"
         if beside(record):
             return f"{rejected}. {largest}. The values below hold whatever it is."
         return f"{rejected}. {largest}. Its values below are those of a wrong model."
-    with_cause = "" if test.after is None else f" With {'it' if len(record.applied) == 1 else 'both'} the residuals are consistent with noise ({chance(test.after)})."
+    with_cause = (
+        ""
+        if test.after is None
+        else f" With {'it' if len(record.applied) == 1 else 'both'} the residuals are consistent with noise ({chance(test.after)})."
+    )
     doubt = ""
     if record.predictive_gain is not None and not record.predictive_gain.is_supported:
         doubt = " Speeds that were left out do not confirm it: another run would."
@@ -96,10 +102,14 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
     """How sure the finding is: at most four numbers, each with what it says."""
     statement = record.applied[0].statement if record.is_explained and record.applied else None
     if statement is not None and (ends := statements.intervals(statement, notation)):
-        has_angle = any(f"{{{name}" in statement.sentence and size.angle is not None for name, size in statement.sizes.items())
+        has_angle = any(
+            f"{{{name}" in statement.sentence and size.angle is not None for name, size in statement.sizes.items()
+        )
         yield ends, f"95 % interval of its size{' and angle' if has_angle else ''}"
     if record.is_explained and (found := others(record)):
-        least = min((each for each in found if each.trial.effect not in record.ambiguity_group), key=_multiple, default=None)
+        least = min(
+            (each for each in found if each.trial.effect not in record.ambiguity_group), key=_multiple, default=None
+        )
         if least is not None:
             count = len({trial.effect for trial in record.ranking}) - len(record.ambiguity_group)
             yield f"{_times(least.multiple)} noise", f"is needed by the next of {count} other causes, {least.words}"
@@ -111,7 +121,10 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
     quality = record.lack_of_fit.after if record.is_explained else record.lack_of_fit.before
     if quality is not None:
         level = record.noise.after if record.is_explained and record.noise.after is not None else record.noise.before
-        yield chance(quality), f"lack-of-fit test; noise {_noise(level, notation)}{'' if record.noise.known else ', estimated'}"
+        yield (
+            chance(quality),
+            f"lack-of-fit test; noise {_noise(level, notation)}{'' if record.noise.known else ', estimated'}",
+        )
 
 
 def checks(record: DiagnosisRecord) -> list[str]:
@@ -296,7 +309,10 @@ def _how_well(record: DiagnosisRecord) -> str:
     widths = {
         row.name: half / abs(row.before.value)
         for row in record.coefficients
-        if row.before is not None and row.before.unit != DEGREES and (half := half_width(row.before.shown)) is not None and row.before.value
+        if row.before is not None
+        and row.before.unit != DEGREES
+        and (half := half_width(row.before.shown)) is not None
+        and row.before.value
     }
     groups: list[list[str]] = []
     for name in sorted((each for each in widths if widths[each] < 1), key=widths.__getitem__):
@@ -339,13 +355,21 @@ def _multiple(other: Other) -> float:
 
 
 def _times(multiple: float) -> str:
-    return f"{TIMES} {'more than ' if multiple >= MOST_MULTIPLE else ''}{number(multiple, 2)}" if multiple >= 1.05 else f"{TIMES} {multiple:.2f}"
+    return (
+        f"{TIMES} {'more than ' if multiple >= MOST_MULTIPLE else ''}{number(multiple, 2)}"
+        if multiple >= 1.05
+        else f"{TIMES} {multiple:.2f}"
+    )
 
 
 def _noise(level: NoiseLevelRecord, notation: Notation) -> str:
     """'6.2 % of each reading + 0.009 mil pp'."""
     parts = [f"{two_digits(100 * level.relative)} % of each reading"] if level.relative else []
-    parts += [f"{two_digits(notation.vibration(level.floor))} {notation.unit}"] if level.floor > LEAST_FLOOR or not parts else []
+    parts += (
+        [f"{two_digits(notation.vibration(level.floor))} {notation.unit}"]
+        if level.floor > LEAST_FLOOR or not parts
+        else []
+    )
     return " + ".join(parts)
 
 

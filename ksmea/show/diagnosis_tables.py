@@ -53,7 +53,9 @@ def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
     if all(row.after is None for row in record.coefficients):
         own = [row.before for row in record.coefficients if row.before is not None]
         if record.is_rejected:
-            return pd.DataFrame([[each.name, number(each.value), each.unit] for each in own], columns=["unknown", "value", "unit"])
+            return pd.DataFrame(
+                [[each.name, number(each.value), each.unit] for each in own], columns=["unknown", "value", "unit"]
+            )
         rows = [[each.name, *_in_columns(each), each.unit] for each in own]
         return pd.DataFrame(rows, columns=["unknown", "value", "interval", "unit"])
     averaged = averaged_values(record)
@@ -70,7 +72,9 @@ def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
 def _of_rejected(record: DiagnosisRecord) -> pd.DataFrame:
     """Every unknown of the model as given, without its interval."""
     own = [row.before for row in record.coefficients if row.before is not None]
-    return pd.DataFrame([[each.name, number(each.value), each.unit] for each in own], columns=["unknown", "value", "unit"])
+    return pd.DataFrame(
+        [[each.name, number(each.value), each.unit] for each in own], columns=["unknown", "value", "unit"]
+    )
 
 
 def averaged_values(record: DiagnosisRecord) -> dict[str, EstimateRecord]:

@@ -20,6 +20,7 @@ from ksmea.show.charts.picture import drawn
 from ksmea.show.charts.ranking_chart import ranking_chart
 from ksmea.show.charts.response_charts import bode_chart
 from ksmea.show.charts.responses import of_diagnosis
+from ksmea.show.diagnosis_findings import alike, applied, verdict_line
 from ksmea.show.diagnosis_tables import (
     averaged_values,
     is_rejected,
@@ -42,8 +43,6 @@ from ksmea.show.text import (
     stability_text,
     with_ends,
 )
-from ksmea.show.diagnosis_findings import alike, applied, verdict_line
-from ksmea.units import RPM
 
 BEFORE = 'those "before"'  # the fit of the model as given, in words
 AFTER = 'those "after", of the extended model'

@@ -153,8 +153,12 @@ _WORDS: Mapping[str, Callable[[LawRecord], str]] = MappingProxyType(
         "cross_coupled_spring_and_damper": lambda law: (
             f"it acts like a spring and a damper that push across the motion too, {_sizes(law)}"
         ),
-        "seal": lambda law: f"it acts like a seal, a spring and a damper that turn with part of the speed, {_sizes(law)}",
-        "spring_mass": lambda law: f"it acts like a mass on a spring (absorber, flexible disk or blades), {_sizes(law)}",
+        "seal": lambda law: (
+            f"it acts like a seal, a spring and a damper that turn with part of the speed, {_sizes(law)}"
+        ),
+        "spring_mass": lambda law: (
+            f"it acts like a mass on a spring (absorber, flexible disk or blades), {_sizes(law)}"
+        ),
         "rotating_asymmetry": _asymmetry,
         "cubic_spring": _signed(
             "opposes the motion with the cube of its amplitude, a spring that hardens",

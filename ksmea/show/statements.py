@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from string import Formatter
 
-from ksmea.records.estimate import Shown
 from ksmea.measurement.notation import Notation
+from ksmea.records.estimate import Shown
 from ksmea.records.statement import SizeRecord, StatementRecord
 from ksmea.show.text import fixed, number
 from ksmea.units import SI_PER_UNIT
@@ -58,7 +58,9 @@ def probes(location: str, notation: Notation = PLAIN) -> str:
     >>> probes("at 0.1 m", Notation(names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})), probes("x at 0.1 m")
     ('3X and 3Y', 'the probe in x at 0.1 m')
     """
-    named = [name for channel, name in notation.names.items() if channel == location or channel.endswith(f" {location}")]
+    named = [
+        name for channel, name in notation.names.items() if channel == location or channel.endswith(f" {location}")
+    ]
     if location in ("all planes", "all channels"):
         return "all probes"
     if named:

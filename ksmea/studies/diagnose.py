@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+
 import numpy as np
 
 from ksmea.diagnosis.diagnosis import Criteria, Diagnosis, diagnose
@@ -35,7 +36,7 @@ from ksmea.records.diagnosis import (
     SplitRecord,
     TrialRecord,
 )
-from ksmea.records.estimate import EstimateRecord, StabilityRecord
+from ksmea.records.estimate import StabilityRecord
 from ksmea.records.extension import AveragedRecord, EffectRecord, ExplanationRecord, PredictiveGainRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
@@ -47,9 +48,9 @@ from ksmea.studies.diagnosis_remarks import (
     estimated_record,
     reading_of,
     reading_remarks,
+    remarks_on,
     slips_of,
     stated_effects,
-    remarks_on,
 )
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
@@ -174,7 +175,9 @@ def diagnosis(
     if locate is not None and record.verdict in WRONG:
         sites, sought = locate(case), options.location
         with_laws = record.verdict == "unknown" and not sites.is_anywhere
-        where = location(case, rng, options=sought, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites)
+        where = location(
+            case, rng, options=sought, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites
+        )
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
     if report.details and (record.verdict != "located" or _reads_wrong(record)):  # explained data are not misread

@@ -177,9 +177,7 @@ def _statement(candidate: Candidate, fit: Fit, estimated: Estimate, own: range) 
 
 
 def estimated_record(fit: Fit, estimated: Estimate, index: int) -> EstimateRecord:
-    return estimate_record(
-        fit.problem.parameters.items[index], float(estimated.x[index]), estimated.intervals[index]
-    )
+    return estimate_record(fit.problem.parameters.items[index], float(estimated.x[index]), estimated.intervals[index])
 
 
 def _correlation(whitened: Array, own: range) -> Array:

@@ -283,9 +283,7 @@ def _trial_run(present: _Present, options: PlanningOptions) -> Family | str:
         return "no trial run is considered: the problem takes no trial unbalance"
     sites = weight_positions(problem) if options.trial_sites is None else options.trial_sites
     if not len(sites) or not options.trial_phases:
-        reason = (
-            "study.trial_phases is empty" if not options.trial_phases else "no site exists; give study.trial_sites"
-        )
+        reason = "study.trial_phases is empty" if not options.trial_phases else "no site exists; give study.trial_sites"
         return f"no trial run is considered: {reason}"
     run = problem if problem.campaign is None else problem.at(problem.speed[problem.campaign.rows[0]], problem.channels)
     if options.trial_unbalance is None:

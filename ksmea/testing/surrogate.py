@@ -163,9 +163,7 @@ def few_samples_are_enough(case: SurrogateCase) -> None:
     require(isinstance(n, int) and n >= 1, "a whole number of samples, at least 1", repr(n), "count its terms")
     u = latin_hypercube(n, DIM, np.random.default_rng(4))
     found = case.fit(u, case.outputs_at(u)).predict(case.new)
-    require(
-        np.all(np.isfinite(found)), f"finite predictions from {n} samples", "others", "increase least_samples"
-    )
+    require(np.all(np.isfinite(found)), f"finite predictions from {n} samples", "others", "increase least_samples")
 
 
 def grows_by_a_sample(case: SurrogateCase) -> None:

@@ -139,7 +139,16 @@ def _decided(curve: Curve, place: Place | None, answers: Answers) -> Decided:
     remark = (
         f"{shortened(curve.name or 'probe')}: {channel}, from {name}, {shown}, speed in {of_speed}{_reasons(curve)}"
     )
-    return Decided(channel, curve, speed, curve.amplitude * factor, phase, sigma, visible(remark), _units(unit, detector, sense, of_speed))
+    return Decided(
+        channel,
+        curve,
+        speed,
+        curve.amplitude * factor,
+        phase,
+        sigma,
+        visible(remark),
+        _units(unit, detector, sense, of_speed),
+    )
 
 
 def _units(unit: str, detector: str, sense: str, of_speed: str) -> Notation:

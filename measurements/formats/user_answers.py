@@ -141,9 +141,7 @@ class Answers(Settings):
                 f"speed_band: expected [lowest,highest] in rpm, got {self.speed_band}; such as [600,3000]"
             )
         if self.scale is not None and self.unit is None:
-            raise SettingError(
-                "scale: expected a unit with it, got none; give unit=mil or another"
-            )
+            raise SettingError("scale: expected a unit with it, got none; give unit=mil or another")
         if self.format != "excel" and self.sheet and self.format != "waveform":
             raise SettingError(f"sheet: expected none with format={self.format}, got {self.sheet!r}; leave it out")
         if len(set(self.harmonics)) < len(self.harmonics) or 1 not in self.harmonics:

@@ -37,7 +37,9 @@ NOTICED = (0.001, 0.05)  # of the rotor's mass, of either sign, are drawn
 LARGEST_INERTIA = 4.0  # of m r²: twice the radius that is assumed
 NOTICED_INERTIA = (0.3, 2.0)  # of m r², are drawn
 LONG_SPAN = 0.25  # of the shaft's length, between disks, bearings and ends
-SLEEVE = np.sqrt((1**2 + 0.5**2) / 2)  # radius of gyration of a sleeve twice as thick as the shaft, of the shaft's diameter
+SLEEVE = np.sqrt(
+    (1**2 + 0.5**2) / 2
+)  # radius of gyration of a sleeve twice as thick as the shaft, of the shaft's diameter
 THIN = 0.5  # I_d of I_p
 POINT, ASSUMED, FREE = "none", "assumed", "free"
 

@@ -21,8 +21,8 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.problem.load import FORCE, LOADS, Load
 from ksmea.plugins.effect import SizeRecord, StatementRecord
+from ksmea.problem.load import FORCE, LOADS, Load
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import (
     PlacedEffect,
@@ -133,7 +133,5 @@ def free_ends(rotor: Rotor) -> tuple[float, ...]:
     """Ends of the shaft (m), at the outer bearings or beyond, where half a coupling finds room: without a disk within a diameter."""
     parts = [part.position for part in (*rotor.disks, *rotor.masses)]
     return tuple(
-        end
-        for end in (0.0, rotor.length)
-        if not any(abs(part - end) < diameter_at(rotor, end) for part in parts)
+        end for end in (0.0, rotor.length) if not any(abs(part - end) < diameter_at(rotor, end) for part in parts)
     )

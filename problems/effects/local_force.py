@@ -58,7 +58,15 @@ LARGEST = {
     "N m s/rad": (10, 1, 0, 1, 1),
     "kg m²": (1, 1, 0, 2, 1),
 }
-TYPED = {"/Ω²": "_per_speed2", "/Ω": "_per_speed", "Δk": "asymmetry", "k₃": "k3", "δ": "clearance", "μ": "friction", "ζ": "damping_ratio"}
+TYPED = {
+    "/Ω²": "_per_speed2",
+    "/Ω": "_per_speed",
+    "Δk": "asymmetry",
+    "k₃": "k3",
+    "δ": "clearance",
+    "μ": "friction",
+    "ζ": "damping_ratio",
+}
 
 
 @dataclass(frozen=True)

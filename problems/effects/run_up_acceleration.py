@@ -104,9 +104,7 @@ class RunUpAcceleration(RotorEffect):
         if self.largest is not None or history.rate is None:
             return dataclasses.replace(self, direction=history.direction)
         if (sd := history.sd) is not None:
-            return dataclasses.replace(
-                self, direction=history.direction, rate=history.rate / RPM, rate_sd=sd / RPM
-            )
+            return dataclasses.replace(self, direction=history.direction, rate=history.rate / RPM, rate_sd=sd / RPM)
         return dataclasses.replace(self, direction=history.direction, largest=MARGIN * abs(history.rate))
 
     def _in_runs(self, campaign: Campaign, speed: Array) -> RunUpAcceleration | None:
@@ -191,9 +189,13 @@ class RunUpAcceleration(RotorEffect):
         sign = OF_DIRECTION.get(run.direction, 0.0)
         alike = [index for index, rate in enumerate(self.rates) if rate * sign > 0]
         own = [self.runs.index(run.name)] if run.name in self.runs else alike[:1]
-        names, rates, sds = ([each[index] for index in own] for each in (self.runs, self.rates, self.rate_sds))
-        rate = None if own else 0.0
-        return dataclasses.replace(self, runs=names, rates=rates, rate_sds=sds, rate=rate)
+        return dataclasses.replace(
+            self,
+            runs=[self.runs[index] for index in own],
+            rates=[self.rates[index] for index in own],
+            rate_sds=[self.rate_sds[index] for index in own],
+            rate=None if own else 0.0,
+        )
 
 
 def _row_per_turn(speed: Array) -> float:

@@ -117,7 +117,9 @@ class Runout(PlacedEffect):
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
         if self.probes:
             vectors = theta.reshape(len(theta), -1, 2) @ np.array([1, 1j])  # (n, n_probe)
-            read = np.array([[channel.is_1x and _is(channel, probe) for channel in channels] for probe in self._channels])
+            read = np.array(
+                [[channel.is_1x and _is(channel, probe) for channel in channels] for probe in self._channels]
+            )
             return response + (vectors @ read)[:, None]
         seen = [channel.is_1x and is_at(channel, self.position) for channel in channels]
         factors = [each * channel.forward_factor for each, channel in zip(seen, channels)]

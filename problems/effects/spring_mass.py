@@ -43,7 +43,9 @@ class SpringMassOnShaft(SeatedEffect):
 
     position: float | None = setting(None, "where it sits; null: on the first disk or end", unit="m", at_least=0)
 
-    is_scanned: ClassVar[bool] = False  # starts come from the force at its place; scans of three unknowns at each place take minutes
+    is_scanned: ClassVar[bool] = (
+        False  # starts come from the force at its place; scans of three unknowns at each place take minutes
+    )
     words = "spring-mass on the shaft"
     says = "A mass of {attached_mass} moves on a spring against the shaft {place}, with a natural frequency of {attached_frequency}"
     check_next = "Flexible disks, blades, a coupling half or a loose part there: tap it at rest."

@@ -77,7 +77,9 @@ class UnequalBearings(RotorEffect):
 
     def places(self, problem: RotorProblem) -> Sequence[float]:
         positions = [bearing.position for bearing in problem.rotor.bearings]
-        return positions if len(positions) == 2 else positions[self.bearing - 1 : self.bearing]  # of two, either differs
+        return (
+            positions if len(positions) == 2 else positions[self.bearing - 1 : self.bearing]
+        )  # of two, either differs
 
     def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
         """Both axes in one if they agree."""

@@ -21,7 +21,9 @@ N = 5
 def plan_of():
     """Eight cells, of which those that differ in samples have the same runs."""
     cells = tuple(
-        Cell({"optimizer": optimizer, "measurement.relative": noise, "samples": samples}, {"study": {}}, 0, (FACTS,), "")
+        Cell(
+            {"optimizer": optimizer, "measurement.relative": noise, "samples": samples}, {"study": {}}, 0, (FACTS,), ""
+        )
         for optimizer, noise, samples in LEVELS
     )
     runs = tuple(
@@ -41,7 +43,16 @@ def runs_of(plan, errors, failed=0):
         is_failed = run.repetition < failed and (optimizer, noise) == ("pso", 0.1)
         value = np.nan if is_failed else 50 + 0.5 * errors[optimizer, noise]
         place = {"optimizer": optimizer, "measurement.relative": noise, "samples": samples}
-        rows.append({"key": run.key, "cell": run.cell, **place, "repetition": run.repetition, "status": "timeout" if is_failed else "done", "kxx": value})
+        rows.append(
+            {
+                "key": run.key,
+                "cell": run.cell,
+                **place,
+                "repetition": run.repetition,
+                "status": "timeout" if is_failed else "done",
+                "kxx": value,
+            }
+        )
     return pd.DataFrame(rows)
 
 
@@ -74,7 +85,14 @@ def test_cells_with_the_same_runs_are_merged_and_said():
 def test_runs_that_lack_a_result_stand_in_their_cell(failed, words):
     plan = plan_of()
     sweep = sweep_of(plan, runs_of(plan, ERRORS, failed))
-    said = [word for panel in cells_chart(sweep).panels for each in panel.elements if isinstance(each, Heat) for row in each.words for word in row]
+    said = [
+        word
+        for panel in cells_chart(sweep).panels
+        for each in panel.elements
+        if isinstance(each, Heat)
+        for row in each.words
+        for word in row
+    ]
     assert words in said and len(said) == 4
     if failed == N:  # the line of pso over noise breaks there
         noise = factors_chart(sweep).panels[1]

@@ -22,9 +22,8 @@ from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, NoiseRecord, 
 from ksmea.records.estimate import NoiseLevelRecord, Shown
 from ksmea.show.charts.chart import Points
 from ksmea.show.charts.intervals_chart import intervals_chart
-from ksmea.show.charts.responses import residuals
 from ksmea.show.charts.response_charts import bode_chart
-from ksmea.show.charts.responses import ModelCurve, Response, of_diagnosis
+from ksmea.show.charts.responses import ModelCurve, Response, of_diagnosis, residuals
 from ksmea.show.diagnosis_text import text
 
 RECORD = DiagnosisRecord.from_data(
@@ -156,7 +155,9 @@ def test_residuals_before_and_after_are_in_units_of_the_same_noise(by_run, is_co
 
 def test_tables_of_a_page_have_the_digits_of_the_text():
     """Every value and interval of the folded tables stands in the text, character by character."""
-    folded = {each.title: each.blocks for section in diagnosis_page(RECORD, ()).sections[-1:] for each in section.blocks}
+    folded = {
+        each.title: each.blocks for section in diagnosis_page(RECORD, ()).sections[-1:] for each in section.blocks
+    }
     [unknowns, _], said = folded["All unknowns, before and after"], text(RECORD)
     cells = unknowns.frame[["before", "after"]].to_numpy().ravel()
     assert {cell for cell in cells if "[" in cell} and all(cell in said for cell in cells)

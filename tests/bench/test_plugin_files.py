@@ -99,9 +99,7 @@ def test_a_file_that_is_gone_is_told_beside_all_else(folder, enter):
     assert status.code == 1 and "unknown      1" in status.out
     *lines, last = enter("explain", key).out.splitlines()
     assert any(line.startswith("done on ") for line in lines)
-    assert last.startswith(
-        "the changes since it was planned are not known: plugins: expected a Python file, found"
-    )
+    assert last.startswith("the changes since it was planned are not known: plugins: expected a Python file, found")
 
 
 def test_a_job_refuses_files_that_were_changed_since_the_plan(folder, enter):

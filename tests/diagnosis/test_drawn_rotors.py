@@ -39,7 +39,12 @@ probes:
 unknowns:
   - {name: u, lower: 10, upper: 1000, sets: [unbalance 1 magnitude]}
 """
-COEFFICIENTS = {"kxx": (2, 60, 9), "kyy": (2, 60, 16), "cxx": (0.3, 60, 8), "cyy": (0.3, 60, 11)}  # limits, and the truth
+COEFFICIENTS = {
+    "kxx": (2, 60, 9),
+    "kyy": (2, 60, 16),
+    "cxx": (0.3, 60, 8),
+    "cyy": (0.3, 60, 11),
+}  # limits, and the truth
 
 
 def rotor_file(folder, bearings):

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from bench.reports.diagnosis.page import MOST_STEPS, diagnosis_page, pictures_of
 from bench.plan.page import Command, Drawn, Grid, Numbers, Prose, Steps, Table
+from bench.reports.diagnosis.page import MOST_STEPS, diagnosis_page, pictures_of
 from ksmea.measurement.notation import Notation
 from ksmea.records.statement import SizeRecord, StatementRecord
 from ksmea.show import diagnosis_findings as findings
@@ -17,7 +17,13 @@ from ksmea.show.charts.responses import of_diagnosis
 from tests.diagnosis.test_show import RECORD, ambiguous, changed
 
 SIZE = SizeRecord(12.8, 12.71, 12.89, "µm", 71.0, 0.4)
-STATED = StatementRecord("runout", "Runout of {runout:reading}, seen by {place:probes}", {"runout": SIZE}, "at 0.1 m", "Record a slow-roll vector.")
+STATED = StatementRecord(
+    "runout",
+    "Runout of {runout:reading}, seen by {place:probes}",
+    {"runout": SIZE},
+    "at 0.1 m",
+    "Record a slow-roll vector.",
+)
 OWN = Notation("mil", "pp", "lag", names={"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})
 NAMED = changed(applied=(dataclasses.replace(RECORD.applied[0], statement=STATED),))
 
@@ -25,7 +31,9 @@ NAMED = changed(applied=(dataclasses.replace(RECORD.applied[0], statement=STATED
 def test_the_title_is_the_finding_in_the_notation_of_the_data():
     """12.8 µm 0-peak are 25.6 µm pp, 1.008 mil pp; a lead of 71° is a lag of 289°."""
     assert findings.title(NAMED, OWN) == "Runout of 1.01 mil pp at 289° lag, seen by 3X and 3Y"
-    assert findings.file_line(NAMED, OWN).endswith("12 speeds, 1910 rpm to 14\u2009324 rpm · probes 3X, 3Y · mil pp, phase lag")
+    assert findings.file_line(NAMED, OWN).endswith(
+        "12 speeds, 1910 rpm to 14\u2009324 rpm · probes 3X, 3Y · mil pp, phase lag"
+    )
 
 
 def test_the_title_of_each_verdict_is_a_sentence_without_code_words():
@@ -74,7 +82,9 @@ def test_a_rejected_model_has_no_intervals():
 
 def test_look_alikes_out_of_reach_are_said_to_be_ruled_out():
     record = changed(aliases={"mass": "weigh the rotor"})
-    assert list(findings.look_alikes(record)) == ["Ruled out by these data, although it can look like it: mass (× 57 the noise)."]
+    assert list(findings.look_alikes(record)) == [
+        "Ruled out by these data, although it can look like it: mass (× 57 the noise)."
+    ]
     near = dataclasses.replace(ambiguous(), aliases={"mass": "weigh the rotor"}, named=("runout",))
     assert list(findings.look_alikes(near)) == ["Mass cannot be ruled out: weigh the rotor."]
 
@@ -110,12 +120,19 @@ def test_page_and_picture_agree_in_data_scale_and_labels(name):
         for each in panel.elements
         if isinstance(each, (Line, Points))
     ]
-    traces = [(np.asarray(each["x"], float), np.asarray(each["y"], float)) for each in shown["data"] if each.get("mode") in ("lines", "markers")]
+    traces = [
+        (np.asarray(each["x"], float), np.asarray(each["y"], float))
+        for each in shown["data"]
+        if each.get("mode") in ("lines", "markers")
+    ]
     of_axes = [axes for axes in drawn.axes]
     plotted = [(line.get_xdata(), line.get_ydata()) for axes in of_axes for line in axes.lines]
     for x, y in lines:
         for found in (traces, plotted):
-            assert any(len(a) == len(x) and np.allclose(a, x, equal_nan=True) and np.allclose(b, y, equal_nan=True) for a, b in found)
+            assert any(
+                len(a) == len(x) and np.allclose(a, x, equal_nan=True) and np.allclose(b, y, equal_nan=True)
+                for a, b in found
+            )
     for number, (panel, axes) in enumerate(zip(chart.panels, of_axes), start=1):
         end = "" if number == 1 else str(number)
         for side in "xy":

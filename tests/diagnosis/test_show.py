@@ -18,9 +18,8 @@ from ksmea.records.extension import AveragedRecord, BandRecord, ExplanationRecor
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Band, Bars
 from ksmea.show.charts.ranking_chart import AS_WELL, NAMED, OTHER, best_trials, ranking_chart
-from ksmea.show.diagnosis_findings import meaning, title
+from ksmea.show.diagnosis_findings import meaning, title, verdict_line
 from ksmea.show.diagnosis_text import about_extension, coefficients_frame, diagnosis_chart, frame, plot, text
-from ksmea.show.diagnosis_findings import verdict_line
 
 OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
 RECORD = DiagnosisRecord.from_data(OLDER)
@@ -38,7 +37,8 @@ def test_the_text_names_the_cause_and_its_evidence():
     said = text(RECORD)
     location = RECORD.applied[0].location
     assert re.search(
-        r"\n\nData: .*\d+ speeds from \d+ to \d+ rpm, \d channels \(x at .+\), amplitudes \(0-peak\) and phases\.\n\n", said
+        r"\n\nData: .*\d+ speeds from \d+ to \d+ rpm, \d channels \(x at .+\), amplitudes \(0-peak\) and phases\.\n\n",
+        said,
     )
     assert "\n\nThe model does not fit: its residuals are not noise (p = 0.00075). They are largest at " in said
     assert f"Verdict: named – runout ({location})" in said
@@ -114,7 +114,9 @@ def test_misread_data_say_how_and_show_the_values_of_data_read_so():
     said = text(record)
     assert said.startswith("The data look as if speeds are in Hz where rpm are expected (× 60).")
     assert "multiply speed_rpm by that. Read so, the residuals are consistent with noise" in said
-    assert verdict_line(record) == "Verdict: misread – the data look as if speeds are in Hz where rpm are expected (× 60)"
+    assert (
+        verdict_line(record) == "Verdict: misread – the data look as if speeds are in Hz where rpm are expected (× 60)"
+    )
     assert any(line.split()[:1] == ["kxx"] and "[" in line for line in said.splitlines())
 
 

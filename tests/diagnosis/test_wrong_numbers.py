@@ -12,10 +12,7 @@ from ksmea.studies.diagnose import DiagnosisOptions, Report, diagnosis
 from ksmea.studies.library import library
 from tolerant_pump import measured, pump, true_values
 
-CASES = (
-    Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")).parent
-    / "cases"
-)
+CASES = Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")).parent / "cases"
 TRUE_PUMP = {"kxx1": 40, "kyy1": 55, "kxx2": 30, "kyy2": 42, "c1": 8, "c2": 12, "u": 60}  # references of pump.yaml
 RIVALS = ("probe_position", "channel_gain", "added_mass", "mass", "youngs_modulus", "disk_mass", "probe_rotation")
 QUICK = DiagnosisOptions(locate=False, average=False, split=False, screening=512, starts=4)

@@ -126,7 +126,11 @@ BROKEN_SURROGATES = [
         InMetres(),
         r"in micrometres, got another by .*; standardise the outputs inside",
     ),
-    ("few_samples_are_enough", Hungry(), r"the smallest number of samples that it states can be fitted, got ValueError: too few"),
+    (
+        "few_samples_are_enough",
+        Hungry(),
+        r"the smallest number of samples that it states can be fitted, got ValueError: too few",
+    ),
     ("grows_by_a_sample", Forgets(), r"at all samples after append, got .*; let append use the new sample"),
     ("is_never_fitted", FittedTruth(), r"a TypeError of fit, got a predictor; raise it, or set is_true_model = False"),
 ]

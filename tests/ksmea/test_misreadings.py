@@ -125,7 +125,11 @@ def test_one_reversed_probe_among_several_is_named():
 
 SWAPPED_THERE = "x and y are swapped at 0.5 m alone"
 OF_A_PLANE = {  # the order and the signs of four columns, and what must be said of them
-    "reversed": ([0, 1, 2, 3], [1, 1, -1, -1], ["x at 0.1 m, y at 0.1 m or else of x at 0.5 m, y at 0.5 m are turned by 180°"]),
+    "reversed": (
+        [0, 1, 2, 3],
+        [1, 1, -1, -1],
+        ["x at 0.1 m, y at 0.1 m or else of x at 0.5 m, y at 0.5 m are turned by 180°"],
+    ),
     "swapped": ([0, 1, 3, 2], [1, 1, 1, 1], [SWAPPED_THERE, "exchange these two columns"]),
     "a quarter turn on": ([0, 1, 3, 2], [1, 1, -1, 1], [f"{SWAPPED_THERE}, and y is turned by 180°", "add 180° to y"]),
 }

@@ -1,6 +1,5 @@
 """Units and names of a measurement's own file: read, written, and shown."""
 
-
 import pytest
 
 from bench.commands.import_file import import_file
@@ -9,16 +8,22 @@ from ksmea.measurement.notation import Notation, of_text
 from measurements.file import File
 
 
-
 def test_a_notation_comes_back_from_the_line_that_it_writes():
     own = Notation("mil", "pp", "lag", "rpm", {"x at 0.1 m": "3X", "45° at 0.1 m": "3Y; old"})
-    assert of_text(f"# one\n# {Notation('mil', 'pp', 'lag', names={'x at 0.1 m': '3X'}).line()}\nspeed_rpm\n").names == {"x at 0.1 m": "3X"}
+    assert of_text(
+        f"# one\n# {Notation('mil', 'pp', 'lag', names={'x at 0.1 m': '3X'}).line()}\nspeed_rpm\n"
+    ).names == {"x at 0.1 m": "3X"}
     assert of_text(f"# {own.line()}\n").unit == "mil pp" and of_text("speed_rpm\n") == Notation()
 
 
 @pytest.mark.parametrize(
     ("words", "unit", "phase", "speed"),
-    [("mil_pp,lag", "mil pp", "lag", "rpm"), ("um_rms lead Hz", "µm rms", "lead", "Hz"), ("", "µm 0-peak", "lead", "rpm"), ("mm_0pk", "mm 0-peak", "lead", "rpm")],
+    [
+        ("mil_pp,lag", "mil pp", "lag", "rpm"),
+        ("um_rms lead Hz", "µm rms", "lead", "Hz"),
+        ("", "µm 0-peak", "lead", "rpm"),
+        ("mm_0pk", "mm 0-peak", "lead", "rpm"),
+    ],
 )
 def test_words_choose_units(words, unit, phase, speed):
     found = Notation().with_words(words)
@@ -33,19 +38,39 @@ def test_an_amplitude_is_shown_as_its_detector_shows_it():
 
 
 def test_an_unknown_word_is_refused_with_the_choices():
-    with pytest.raises(SettingError, match="expected words such as mil_pp,lag .* got 'furlong_pp'"):
+    with pytest.raises(SettingError, match=r"expected words such as mil_pp,lag .* got 'furlong_pp'"):
         Notation().with_words("furlong_pp")
 
 
 def test_import_writes_units_and_names_that_are_read_again(tmp_path, capsys):
     """From a table in mil pp and lag; values stay what they were."""
     raw = tmp_path / "raw.csv"
-    lines = ["rpm,3X mil pp,3X phase lag,3Y mil pp,3Y phase lag"] + [f"{1000 + 10 * n},{1 + n},{30 + n},{2 + n},{120 + n}" for n in range(5)]
+    lines = ["rpm,3X mil pp,3X phase lag,3Y mil pp,3Y phase lag"] + [
+        f"{1000 + 10 * n},{1 + n},{30 + n},{2 + n},{120 + n}" for n in range(5)
+    ]
     raw.write_text("\n".join(lines), encoding="utf-8")
     out = tmp_path / "run.csv"
-    words = [str(raw), "--format", "csv", "--unit", "mil", "--amplitude", "pp", "--phase", "lag", "--speed-unit", "rpm", "--out", str(out)]
+    words = [
+        str(raw),
+        "--format",
+        "csv",
+        "--unit",
+        "mil",
+        "--amplitude",
+        "pp",
+        "--phase",
+        "lag",
+        "--speed-unit",
+        "rpm",
+        "--out",
+        str(out),
+    ]
     words += ["--probe", "3X@0.1@x", "--probe", "3Y@0.1@y", "--column", "speed=rpm"]
-    words += [w for p in ("3X", "3Y") for w in ("--column", f"amplitude.{p}={p} mil pp", "--column", f"phase.{p}={p} phase lag")]
+    words += [
+        w
+        for p in ("3X", "3Y")
+        for w in ("--column", f"amplitude.{p}={p} mil pp", "--column", f"phase.{p}={p} phase lag")
+    ]
     assert import_file(words) == 0, capsys.readouterr()
     own = File(path=str(out))
     assert own.notation == Notation("mil", "pp", "lag", "rpm", {"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})

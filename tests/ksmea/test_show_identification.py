@@ -93,9 +93,7 @@ def test_a_value_stands_inside_its_own_interval_and_where_the_method_stopped_is_
     record = dataclasses.replace(synthetic, parameters=(part,), search_excess=31.234)
     value, ended = text(record).splitlines()[:2]
     assert value == "  kxx = 48.80 MN/m, 95 % interval [48.40, 49.20]"
-    assert ended.startswith(
-        "search ended short: the method stopped at kxx = 47.40 MN/m, with a deviance 31.2 higher"
-    )
+    assert ended.startswith("search ended short: the method stopped at kxx = 47.40 MN/m, with a deviance 31.2 higher")
     assert frame(record).loc[0, ["value", "search_end"]].tolist() == pytest.approx([48.8, 47.4])
     near = dataclasses.replace(part, identified=48.85e6)  # 6 % of the interval's width
     assert "ended short" not in text(dataclasses.replace(record, parameters=(near,)))

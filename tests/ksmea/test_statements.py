@@ -5,9 +5,9 @@ from importlib.metadata import entry_points
 import numpy as np
 import pytest
 
+from ksmea.measurement.notation import Notation
 from ksmea.plugins import registry
 from ksmea.records.estimate import EstimateRecord
-from ksmea.measurement.notation import Notation
 from ksmea.records.statement import of_unknowns
 from ksmea.show.statements import intervals, sentence
 from problems.effects.runout import Runout
@@ -64,7 +64,9 @@ def test_equal_differences_are_said_once_and_others_apart():
     )
     said = "Bearing 2 is 8.10 % stiffer in x and y and damps 30 % less in x and 50 % more in y than the others"
     assert sentence(damped) == said
-    assert sentence(bearings.statement(apart)) == "Bearing 1 is 5.0 % softer in x and 20.0 % stiffer in y than the others"
+    assert (
+        sentence(bearings.statement(apart)) == "Bearing 1 is 5.0 % softer in x and 20.0 % stiffer in y than the others"
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -49,7 +49,9 @@ def test_a_moment_at_an_overhang_bends_the_span_and_the_overhang():
 
 def test_half_a_sine_goes_on_along_its_tangents():
     slope = np.pi / (RIGHT - LEFT)
-    assert deflection("sine", (LEFT + RIGHT) / 2) == pytest.approx(1) and deflection("sine", LEFT) == pytest.approx(0, abs=1e-12)
+    assert deflection("sine", (LEFT + RIGHT) / 2) == pytest.approx(1) and deflection("sine", LEFT) == pytest.approx(
+        0, abs=1e-12
+    )
     assert deflection("sine", 0.0) == pytest.approx(-slope * LEFT)
     assert deflection("whole", 0.25) == pytest.approx(np.sin(np.pi / 4))
 
@@ -69,7 +71,9 @@ def test_two_shapes_add_and_have_unknowns_of_their_own():
     problem = RotorProblem(ROTOR, (), np.array([50.0]), (Channel(0.5, "x"), Channel(1.0, "y")))
 
     def response(shapes, theta):
-        return registry.create("effect", "residual_bow", {"shapes": shapes}).added_to(problem).response(np.array([theta]))
+        return (
+            registry.create("effect", "residual_bow", {"shapes": shapes}).added_to(problem).response(np.array([theta]))
+        )
 
     both = registry.create("effect", "residual_bow", {"shapes": ["sine", "force at 1"]})
     assert both.added_to(problem).parameters.names == ("bow_x", "bow_y", "bow_2_x", "bow_2_y")
@@ -94,6 +98,6 @@ def test_a_drawn_rotor_is_bent_at_disks_couplings_and_middles_of_long_spans():
 
 @pytest.mark.parametrize("shapes", [[], ["sine", "sine"], ["banana"], ["force at"], ["torque at 0.5"], ["a", "b", "c"]])
 def test_shapes_that_are_none_are_refused_in_a_line(shapes):
-    with pytest.raises(SettingError, match="shapes: expected .*, got") as caught:
+    with pytest.raises(SettingError, match=r"shapes: expected .*, got") as caught:
         registry.create("effect", "residual_bow", {"shapes": shapes})
     assert "\n" not in str(caught.value)

@@ -42,7 +42,12 @@ def test_unknowns_are_of_one_to_three_bearings_and_of_one_unbalance_or_two():
     counts, unbalances = set(), set()
     for kind, number in [(kind, number) for kind in KINDS for number in range(8)]:
         instance = drawn(kind, False, number)
-        free = {target.bearing for item in instance.problem.unknowns for target in item.targets if hasattr(target, "bearing")}
+        free = {
+            target.bearing
+            for item in instance.problem.unknowns
+            for target in item.targets
+            if hasattr(target, "bearing")
+        }
         counts.add(len(free))
         unbalances.add(sum(name.startswith("u") for name in instance.true))
     assert counts == {1, 2, 3} and unbalances == {1, 2}

@@ -35,7 +35,9 @@ def test_a_pedestal_is_in_series_with_its_bearing():
     speed, loss = np.linspace(100, 1500, 5), np.array([[0.1], [0.03]])
     impedance, theta = random_impedance(2, 5), np.array([[3e-9, 8e-9, 20.0, 0.1], [1e-9, 0.0, 70.0, 0.03]])
     found = np.moveaxis(on_pedestals(effect("flexible_pedestal"), impedance, speed, theta), (1, 2), (-2, -1))
-    compliance = [s / (1 + 1j * loss - s * theta[:, 2:3] * speed**2) for s in theta[:, :2].T[:, :, None]]  # (n, n_speed)
+    compliance = [
+        s / (1 + 1j * loss - s * theta[:, 2:3] * speed**2) for s in theta[:, :2].T[:, :, None]
+    ]  # (n, n_speed)
     diagonal = np.stack(compliance, axis=-1)[..., None] * np.eye(2)
     expected = np.linalg.inv(np.linalg.inv(np.moveaxis(impedance, (1, 2), (-2, -1))) + diagonal)
     assert found == pytest.approx(expected, rel=1e-9)

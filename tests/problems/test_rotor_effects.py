@@ -67,8 +67,12 @@ def test_an_added_mass_may_have_moments_of_inertia(position, mass):
     shape = at[0].diametral_inertia / at[0].polar_inertia if at else 0.5
     polar = 1.5 * mass * radius**2
     fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5], n_speed=14).build()
-    exact = MassChange(0.75 if position == 0.77 else position, mass, polar, shape * polar, True, offset=0.02 * (position == 0.77))
-    expected = dataclasses.replace(fine, rotor=dataclasses.replace(fine.rotor, masses=(exact,))).response(REFERENCE[None])
+    exact = MassChange(
+        0.75 if position == 0.77 else position, mass, polar, shape * polar, True, offset=0.02 * (position == 0.77)
+    )
+    expected = dataclasses.replace(fine, rotor=dataclasses.replace(fine.rotor, masses=(exact,))).response(
+        REFERENCE[None]
+    )
     free = effect("added_mass", position=position, inertia="free")
     found = free.added_to(fine).response(np.append(REFERENCE, [mass, 1.5])[None])
     assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()

@@ -63,7 +63,15 @@ def test_places_that_differ_by_rounding_are_one():
     at_end = dataclasses.replace(first, position=PLAIN.rotor.length * (1 - 2e-16))
     rotor = dataclasses.replace(PLAIN.rotor, disks=(*PLAIN.rotor.disks, twice, at_end))
     problem = dataclasses.replace(PLAIN, rotor=rotor)
-    for name in ("added_mass", "spring_mass", "annular_seal", "clearance_rub", "unbalance", "hub_stiffening", "disk_mass"):
+    for name in (
+        "added_mass",
+        "spring_mass",
+        "annular_seal",
+        "clearance_rub",
+        "unbalance",
+        "hub_stiffening",
+        "disk_mass",
+    ):
         said = [str(each) for each in effect(name).locations(problem)]
         assert len(set(said)) == len(said) > 0, said
 

@@ -13,7 +13,10 @@ from problems.three_disk import ThreeDisk
 PLAIN = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=14).build()
 LINEAR = [key for key, law in LAWS.items() if not isinstance(law, NonlinearLaw)]
 FORCES = [*itertools.product(LINEAR, (0.77,)), *itertools.product(MOMENT_LAWS, (0.5,))]
-JUMPING = ("bilinear_stiffness", "clearance_rub")  # its motion jumps where curves fold over, all over its limits: there is no slope
+JUMPING = (
+    "bilinear_stiffness",
+    "clearance_rub",
+)  # its motion jumps where curves fold over, all over its limits: there is no slope
 NAMES = [name for name in registry.registered("effect") if name not in ("local_force", "run_up_acceleration", *JUMPING)]
 PAIRS = [("mass", "residual_bow"), ("youngs_modulus", "flexible_pedestal"), ("internal_damping", "probe_rotation")]
 

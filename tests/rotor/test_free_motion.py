@@ -118,7 +118,9 @@ def test_the_amplification_factor_is_that_of_the_response():
 
 
 def test_effects_at_zero_change_nothing():
-    extended = effect("cross_coupling_antisymmetric").added_to(effect("flexible_pedestal", loss_factor=0.02).added_to(PLAIN))
+    extended = effect("cross_coupling_antisymmetric").added_to(
+        effect("flexible_pedestal", loss_factor=0.02).added_to(PLAIN)
+    )
     speed = np.array([100.0, 1000.0])
     own = PLAIN.free_rotor(REFERENCE, 2000.0).frequencies(speed)[:, -20:]
     x = np.append(REFERENCE, np.zeros(len(extended.parameters) - len(REFERENCE)))

@@ -19,8 +19,8 @@ from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import Shown
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show import diagnosis_findings as findings
-from ksmea.show.text import two_digits
 from ksmea.show.diagnosis_findings import verdict_line
+from ksmea.show.text import two_digits
 from ksmea.units import MICROMETRE
 
 USUAL_LEVEL = 0.95  # of intervals in plans that say none

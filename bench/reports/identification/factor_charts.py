@@ -62,7 +62,10 @@ def cells_chart(sweep: Sweep) -> Chart:
     stacks = []
     for block in sweep.factors[blocks] if blocks else (None,):
         cells = [
-            [_found(sweep, by_levels, {blocks: block, columns: column, **dict(zip(rows, of_row))}) for column in sweep.factors[columns]]
+            [
+                _found(sweep, by_levels, {blocks: block, columns: column, **dict(zip(rows, of_row))})
+                for column in sweep.factors[columns]
+            ]
             for of_row in of_rows
         ]
         stacks.append((_heat(sweep, cells, block if blocks else None, blocks, columns, rows, of_rows),))
@@ -90,10 +93,17 @@ def _heat(
 ) -> Panel:  # fmt: skip
     shares = np.array([[_darkness(sweep, cell) for cell in row] for row in cells])
     words = tuple(tuple("" if cell is None else cell.words for cell in row) for row in cells)
-    best = [(x, y) for y, row in enumerate(cells) for x, cell in enumerate(row) if cell is not None and sweep.is_best(cell)]
+    best = [
+        (x, y) for y, row in enumerate(cells) for x, cell in enumerate(row) if cell is not None and sweep.is_best(cell)
+    ]
     elements: list[Element] = [Heat(shares, words)]
     elements += [
-        Line([x - 0.46, x + 0.46, x + 0.46, x - 0.46, x - 0.46], [y - 0.44, y - 0.44, y + 0.44, y + 0.44, y - 0.44], width=1.6, colour=INK)
+        Line(
+            [x - 0.46, x + 0.46, x + 0.46, x - 0.46, x - 0.46],
+            [y - 0.44, y - 0.44, y + 0.44, y + 0.44, y - 0.44],
+            width=1.6,
+            colour=INK,
+        )
         for x, y in best
     ]
     across = {float(at): place_text(level) for at, level in enumerate(sweep.factors[columns])}

@@ -97,7 +97,10 @@ def sweep_of(plan: Plan, runs: pd.DataFrame) -> Sweep | None:
     factors = {axis: _levels(plan, axis) for axis in axes if axis not in idle}
     if not factors:
         return None
-    cells = tuple(Cell({name: cell.levels[name] for name in factors}, cell.score, cell.n_result, cell.n_run, cell.outcome) for cell in merged)
+    cells = tuple(
+        Cell({name: cell.levels[name] for name in factors}, cell.score, cell.n_result, cell.n_run, cell.outcome)
+        for cell in merged
+    )
     found = Sweep(factors, cells, quantity, said, len(runs), int(runs["status"].isin(RESULTS).sum()))
     order = sorted(factors, key=lambda name: -np.nan_to_num(found.strength[name], nan=0.0))
     by_result = {name: _ordered(found, name) for name in order}
@@ -122,7 +125,9 @@ def headline(sweep: Sweep) -> str:
         return f"{sweep.n_result} of {sweep.n_run} runs have a result"
     typical = sweep.typical(strongest)
     best, worst = min(typical, key=typical.__getitem__), max(typical, key=typical.__getitem__)
-    said = f"{short(strongest)} matters most: {place_text(worst)} has {strength:.2g} times the error of {place_text(best)}"
+    said = (
+        f"{short(strongest)} matters most: {place_text(worst)} has {strength:.2g} times the error of {place_text(best)}"
+    )
     rest = ", ".join(f"{short(name)} {value:.1f}" for name, value in others if np.isfinite(value))
     return said[:1].upper() + said[1:] + (f" ({rest} times)" if rest else "")
 
@@ -173,7 +178,13 @@ def _cell(plan: Plan, runs: pd.DataFrame, scores: pd.Series, group: Sequence[int
     outcome = ""
     if len(lacking):
         is_failed = (~lacking.isin(NOT_FAILED)).any()
-        outcome = str(lacking.mode().iloc[0]) if is_failed else "missing" if lacking.isin(UNFINISHED).any() else str(lacking.iloc[0])
+        outcome = (
+            str(lacking.mode().iloc[0])
+            if is_failed
+            else "missing"
+            if lacking.isin(UNFINISHED).any()
+            else str(lacking.iloc[0])
+        )
     median = float(known.median()) if len(known) else np.nan
     return Cell({axis: _plain(level) for axis, level in levels.items()}, median, len(known), len(mine), outcome)
 
@@ -199,7 +210,9 @@ def _ordered(sweep: Sweep, name: str) -> tuple[Any, ...]:
 
 
 def _strength(combinations: Sequence[Mapping[Any, float]]) -> float:
-    ratios = [max(each.values()) / min(each.values()) for each in combinations if len(each) > 1 and min(each.values()) > 0]
+    ratios = [
+        max(each.values()) / min(each.values()) for each in combinations if len(each) > 1 and min(each.values()) > 0
+    ]
     return float(np.median(ratios)) if ratios else np.nan
 
 

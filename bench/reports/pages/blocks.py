@@ -13,7 +13,21 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.plan.page import Block, Command, Control, Drawn, Folded, Grid, Numbers, Orbits, Picture, Plot, Prose, Steps, Table
+from bench.plan.page import (
+    Block,
+    Command,
+    Control,
+    Drawn,
+    Folded,
+    Grid,
+    Numbers,
+    Orbits,
+    Picture,
+    Plot,
+    Prose,
+    Steps,
+    Table,
+)
 from bench.reports.pages.prose import prose_html, safe, table_html, unbroken
 from ksmea.errors import shortened, visible
 from ksmea.show.charts import interactive
@@ -29,7 +43,9 @@ NONE = "–"  # in place of a value that is not there
 class Blocks:
     """Writes blocks one after the other, each plot under a name of its own. `drawings` are the report's figures by name."""
 
-    def __init__(self, drawings: Mapping[str, bytes], numbers: Iterator[int] | None = None, *, is_folded: bool = False) -> None:
+    def __init__(
+        self, drawings: Mapping[str, bytes], numbers: Iterator[int] | None = None, *, is_folded: bool = False
+    ) -> None:
         self._drawings = drawings
         self._number = count(1) if numbers is None else numbers
         self._is_folded = is_folded  # plots then have no picture in their place: it would weigh as much as all else
@@ -186,7 +202,9 @@ def _command(command: Command) -> str:
 
 
 def _numbers(numbers: Numbers) -> str:
-    items = "".join(f"<div><b>{unbroken(safe(value))}</b><span>{safe(said)}</span></div>" for value, said in numbers.items)
+    items = "".join(
+        f"<div><b>{unbroken(safe(value))}</b><span>{safe(said)}</span></div>" for value, said in numbers.items
+    )
     return f'<div class="numbers">{items}</div>' if items else ""
 
 

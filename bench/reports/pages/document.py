@@ -27,7 +27,8 @@ def document(
     blocks = Blocks(drawings)
     body = "".join(_section(number, section, blocks) for number, section in enumerate(sections, start=1))
     links = "".join(
-        f'<li><a href="#part-{number}">{safe(each.title)}</a></li>' for number, each in enumerate(sections, 1)
+        f'<li><a href="#part-{number}">{safe(each.title)}</a></li>'
+        for number, each in enumerate(sections, 1)
         if each.title
     )
     script, style = bundle.asset("page.js"), bundle.asset("page.css")

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.measurement.notation import SPEEDS, Notation
+from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.statement import ORBIT
 from ksmea.show import diagnosis_findings as findings
 from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, Words, broken, one_panel
@@ -51,7 +51,9 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     for model, curve in response.curves.items():
         label, (colour, dash) = _style(record, model)
         amplitude = broken(scale * np.abs(curve.values[:, column]), curve.breaks)
-        elements.append(Line(_speeds(broken(curve.speed, curve.breaks), notation), amplitude, dash, 1.4, name=label, colour=colour))
+        elements.append(
+            Line(_speeds(broken(curve.speed, curve.breaks), notation), amplitude, dash, 1.4, name=label, colour=colour)
+        )
     measured = scale * np.abs(response.measured[:, column])
     elements.append(Points(_speeds(response.speed, notation), measured, size=3.5, name="measured", colour=MEASURED))
     name = notation.name(response.channels[column])
@@ -61,7 +63,11 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
         parts = response.residuals[accepted]
         panels.append(_residuals({part: left[:, column] for part, left in parts.items()}, response, x, notation))
     of = _style(record, accepted)[0] if accepted else ""
-    left = f"; below: residuals of the model{'' if of == 'model' else f' {of}'} in σ of the noise, ± {N_SD:g} shaded" if accepted else ""
+    left = (
+        f"; below: residuals of the model{'' if of == 'model' else f' {of}'} in σ of the noise, ± {N_SD:g} shaded"
+        if accepted
+        else ""
+    )
     title = f"Response of {name}, measured and by the model"
     if record.is_rejected:
         title = f"Largest misfit of the model as given: {findings.where(record.lack_of_fit.before, notation)}"
@@ -113,7 +119,9 @@ def polar_chart(record: DiagnosisRecord, response: Response, notation: Notation)
         away = measured[at] / max(abs(measured[at]), 1e-12)
         offset = (9.0 * away.real, 9.0 * away.imag)
         text = said[at].partition(" ")[0]
-        elements.append(Words(x=float(measured[at].real), y=float(measured[at].imag), text=text, offset=offset, has_ground=True))
+        elements.append(
+            Words(x=float(measured[at].real), y=float(measured[at].imag), text=text, offset=offset, has_ground=True)
+        )
     name = notation.name(response.channels[column])
     axis = Axis(low=-1.3 * reach, high=1.3 * reach, ticks={})
     turning = "clockwise" if notation.phase == "lag" else "anticlockwise"
@@ -165,7 +173,9 @@ def others_chart(record: DiagnosisRecord) -> Chart | None:
         for at, (name, multiple, colour, symbol) in enumerate(rows)
     ]
     elements += [
-        Words(x=multiple, y=float(at), text=f"{findings.TIMES} {multiple:.3g}", offset=(8.0, 0.0), side="left", size=9.0)
+        Words(
+            x=multiple, y=float(at), text=f"{findings.TIMES} {multiple:.3g}", offset=(8.0, 0.0), side="left", size=9.0
+        )
         for at, (_, multiple, _, _) in enumerate(rows)
     ]
     names = {float(at): name for at, (name, *_) in enumerate(rows)}

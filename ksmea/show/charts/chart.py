@@ -174,7 +174,9 @@ class Heat(Element):
 
     @property
     def written(self) -> tuple[tuple[str, ...], ...]:
-        return self.words or tuple(tuple(f"{100 * share:.0f}" if share > 0 else "" for share in row) for row in self.shares)
+        return self.words or tuple(
+            tuple(f"{100 * share:.0f}" if share > 0 else "" for share in row) for row in self.shares
+        )
 
 
 @dataclass(frozen=True)

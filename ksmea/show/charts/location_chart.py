@@ -10,8 +10,8 @@ from ksmea.arrays import Array
 from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRecord, SeriesRecord
 from ksmea.show.charts.chart import Axis, Band, Chart, Element, Level, Line, Panel, Points, Words, broken
 from ksmea.show.charts.colours import ALIKE, CATEGORIES, CONTEXT, MEASURED, REFERENCE
-from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
 from ksmea.show.location_words import over_the_shaft
+from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
 from ksmea.units import MICROMETRE, RPM
 
 COLOUR_OF_QUANTITY = {**dict(zip(("force", "moment", "reading", "force and moment"), CATEGORIES)), PAIR: CONTEXT}

@@ -335,4 +335,6 @@ def _heat(axes: Axes, element: of.Heat) -> None:
     for (row, column), share in np.ndenumerate(element.shares):
         if said := element.written[row][column]:
             colour = ON_PAPER[GROUND if share > 0.5 else INK]
-            axes.text(column, row, said, ha="center", va="center", fontsize=TINY if not element.words else SMALL, color=colour)
+            axes.text(
+                column, row, said, ha="center", va="center", fontsize=TINY if not element.words else SMALL, color=colour
+            )

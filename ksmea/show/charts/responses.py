@@ -12,10 +12,10 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import cosines
+from ksmea.measurement.notation import Notation
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
 from ksmea.records.estimate import NoiseLevelRecord
-from ksmea.measurement.notation import Notation
 from ksmea.show.statements import PLAIN
 from ksmea.units import MICROMETRE, RPM
 

@@ -71,7 +71,9 @@ class Bow(RotorEffect):
 
     def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
         """Each shape with its size."""
-        parts = [f"by {{{name}:reading}} {_where(shape)}" for name, shape in zip(self.vectors(), self.shapes, strict=True)]
+        parts = [
+            f"by {{{name}:reading}} {_where(shape)}" for name, shape in zip(self.vectors(), self.shapes, strict=True)
+        ]
         return dataclasses.replace(super().statement(sizes), sentence=f"{self.bends} {' and '.join(parts)}")
 
     def check(self) -> None:
@@ -205,7 +207,9 @@ def _static_shape(rotor: Rotor, shape: str, elastic: Array, hinges: tuple[float,
     try:
         bent = np.linalg.solve(whole, np.concatenate([load, np.zeros(len(pins))]))[: len(load)]
     except np.linalg.LinAlgError as error:
-        raise SettingError(f"shapes: expected a shaft that bends, got joints without stiffness; leave '{shape}' out") from error
+        raise SettingError(
+            f"shapes: expected a shaft that bends, got joints without stiffness; leave '{shape}' out"
+        ) from error
     rows = np.stack([displacement_row(rotor, where, "x") for where in np.linspace(0, rotor.length, N_SAMPLE)])
     along = rows @ bent  # complex, as a moment about x bends the shaft along y
     return np.asarray(bent / along[np.argmax(np.abs(along))])

@@ -29,7 +29,6 @@ from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget
 
-
 WHOLE_ROTOR, ALL_BEARINGS = "whole rotor", "all bearings"
 
 

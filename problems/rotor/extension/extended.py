@@ -62,7 +62,9 @@ class ExtendedPhysics(RotorWithEffects, Physics):
             )
         laws = [site.law for effect in self.effects if (site := effect.site_law())]
         if sweeps and (own := [law.name for law in laws if law.has_own_mode]):
-            raise SettingError(f"effects: expected forces without a mode of their own beside a sweep of the speed, got {own[0]}")
+            raise SettingError(
+                f"effects: expected forces without a mode of their own beside a sweep of the speed, got {own[0]}"
+            )
         nonlinear = [law.name for law in laws if isinstance(law, NonlinearLaw)]
         if nonlinear and (self._turning.are_there or sweeps):
             beside = "a stiffness that turns with the shaft" if self._turning.are_there else "a sweep of the speed"

@@ -21,7 +21,9 @@ OF_HISTORY = {"run-up": UP, "coast-down": DOWN}
 class NonlinearEffect(RotorEffect):
     """Where a resonance curve folds over, the direction says which of several steady motions is measured."""
 
-    direction: str = setting(UP, "direction of the slow change of speed, if the run does not state it", choices=(UP, DOWN))
+    direction: str = setting(
+        UP, "direction of the slow change of speed, if the run does not state it", choices=(UP, DOWN)
+    )
     harmonics: int = setting(
         5,
         "the highest harmonic of the rotation that motions have; of forces alike in opposite directions odd ones. With 5 a contact"
