@@ -26,7 +26,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 
@@ -36,7 +35,7 @@ from ksmea.diagnosis.explained import Explained, by_weight, led_by, with_near
 from ksmea.diagnosis.further_measurement import Split, best_split
 from ksmea.diagnosis.kin import with_kin
 from ksmea.diagnosis.model_averaging import Averaged, averaged, heaviest
-from ksmea.diagnosis.observability import Detectable, smallest_detectable
+from ksmea.diagnosis.observability import Detectable, smallest_by_name
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
 from ksmea.diagnosis.rivals import Cosines, collinearities, cosines_with, tested
 from ksmea.diagnosis.second_effects import alternatives, distinct_firsts, each_alone, pairs_beside
@@ -46,7 +45,6 @@ from ksmea.diagnosis.trials import (
     Candidate,
     Explanation,
     Trial,
-    best_by_name,
     best_of_names,
     candidates_and_left_out,
     fitted,
@@ -69,7 +67,6 @@ from ksmea.fits.stable_fits import settled_stable
 from ksmea.inference.intervals import LOWER, Estimate
 from ksmea.inference.maximisation import maximise, with_best_noise
 from ksmea.location.location import Location
-from ksmea.numerics.parallel import Workers
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.case import Case
 
@@ -338,7 +335,7 @@ def _concluded(state: _State, left_out: Mapping[str, str], search: Search, *, is
         best, best_estimate = settled_stable(explained.best.fit, state.criteria.interval_level, workers)
         is_better = best.deviance < explained.best.fit.deviance - LOWER
         best_quality = fit_quality(best, search.rng) if is_better else explained.quality
-    detectable = _detectable(state, baseline, workers)
+    detectable = smallest_by_name(state.trials, baseline, state.level / max(1, len(state.candidates)), workers)
     verdict = _verdict(state, best_quality, detectable)
     accepted = explained.near if explained is not None and verdict in ("named", "ambiguous") else ()
     named = tuple(candidate.name for candidate in accepted[0].applied) if accepted else ()
@@ -378,14 +375,6 @@ def _concluded(state: _State, left_out: Mapping[str, str], search: Search, *, is
         explanations=accepted,
         averaged=mean,
     )
-
-
-def _detectable(state: _State, baseline: Fit, workers: Workers) -> dict[str, tuple[str, tuple[Detectable, ...]]]:
-    """For each effect, at its best location, the smallest sizes that the data would show."""
-    by_name = best_by_name(state.trials)
-    smallest = partial(smallest_detectable, baseline, level=state.level / max(1, len(state.candidates)))
-    sizes = workers.unseen.each(smallest, [trial.candidate for trial in by_name.values()])
-    return {name: (trial.location, tuple(size)) for (name, trial), size in zip(by_name.items(), sizes)}
 
 
 def _verdict(

@@ -4,8 +4,9 @@ unknown can explain."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -13,9 +14,10 @@ import scipy
 from scipy.optimize import brentq
 
 from ksmea.arrays import Array
-from ksmea.diagnosis.trials import Candidate
+from ksmea.diagnosis.trials import Candidate, Trial, best_by_name
 from ksmea.fits.fitting import Fit, without_effects
 from ksmea.likelihood.fisher import projected, span, whitened_sensitivity, with_prior_rows
+from ksmea.numerics.parallel import Workers
 from ksmea.problem.counted import Model
 from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
@@ -36,6 +38,16 @@ class Detectable:
     @property
     def is_observable(self) -> bool:
         return self.size < self.largest
+
+
+def smallest_by_name(
+    trials: Sequence[Trial], baseline: Fit, level: float, workers: Workers
+) -> dict[str, tuple[str, tuple[Detectable, ...]]]:
+    """For each effect, at its best location, the smallest sizes that the data would show."""
+    by_name = best_by_name(trials)
+    smallest = partial(smallest_detectable, baseline, level=level)
+    sizes = workers.unseen.each(smallest, [trial.candidate for trial in by_name.values()])
+    return {name: (trial.location, tuple(size)) for (name, trial), size in zip(by_name.items(), sizes)}
 
 
 def smallest_detectable(baseline: Fit, candidate: Candidate, level: float) -> list[Detectable]:

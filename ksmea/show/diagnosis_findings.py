@@ -23,7 +23,7 @@ from ksmea.show import statements
 from ksmea.show.diagnosis_tables import averaged_values
 from ksmea.show.location_words import in_short, over_the_shaft
 from ksmea.show.statements import PLAIN, UNSAID, half_width, rounded, with_unit
-from ksmea.show.text import number, two_digits
+from ksmea.show.text import capital, number, two_digits
 from ksmea.units import MICROMETRE
 
 ADEQUATE, UNSEEN, LOCATED, UNKNOWN, AMBIGUOUS = "adequate", "not observable", "located", "unknown", "ambiguous"
@@ -62,7 +62,7 @@ def title(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
         case "ambiguous":
             return f"{_either(record, notation)}: these data cannot distinguish them"
         case "misread":
-            return _capital(record.reading.split(":")[0])
+            return capital(record.reading.split(":")[0])
         case "unknown" if record.location is not None and record.location.is_spread:
             return f"Something is not in the model, {over_the_shaft(record.location)}"
         case "unknown":
@@ -74,7 +74,7 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     """Meaning of the title for the model, in one or two sentences."""
     test = record.lack_of_fit
     if record.verdict == MISREAD:
-        return f"{_capital(record.reading)}. Read so, the residuals are consistent with noise ({chance(test.before)}). The values below are of data read so."
+        return f"{capital(record.reading)}. Read so, the residuals are consistent with noise ({chance(test.before)}). The values below are of data read so."
     if record.verdict in (ADEQUATE, UNSEEN):
         return f"The residuals are consistent with noise ({chance(test.before)}). The values below hold."
     rejected = f"The model as given does not fit: its residuals are not noise ({chance(test.before)})"
@@ -167,7 +167,7 @@ def look_alikes(record: DiagnosisRecord) -> Iterator[str]:
         yield f"Ruled out by these data, although it can look like it: {said}."
     for name, each in known.items():
         if each.is_near:
-            yield f"{_capital(each.words)} cannot be ruled out: {record.aliases[name]}."
+            yield f"{capital(each.words)} cannot be ruled out: {record.aliases[name]}."
 
 
 def file_line(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
@@ -284,7 +284,7 @@ def _stated(effect: EffectRecord) -> StatementRecord:
     if effect.statement is not None:
         return effect.statement
     words = effect.name.replace("_", " ")
-    return StatementRecord(words, f"{_capital(words)} {_at(effect.location)}", place=effect.location)
+    return StatementRecord(words, f"{capital(words)} {_at(effect.location)}", place=effect.location)
 
 
 def _either(record: DiagnosisRecord, notation: Notation) -> str:
@@ -300,8 +300,8 @@ def _either(record: DiagnosisRecord, notation: Notation) -> str:
     names = list(found.values()) or [name.replace("_", " ") for name in record.ambiguity_group]
     if len(names) == 1:
         places = " or ".join(statements.place(each, notation) for each in record.locations)
-        return _capital(f"{names[0]} ({places})")
-    return _capital(f"{', '.join(names[:-1])} or {names[-1]}")
+        return capital(f"{names[0]} ({places})")
+    return capital(f"{', '.join(names[:-1])} or {names[-1]}")
 
 
 def _how_well(record: DiagnosisRecord) -> str:
@@ -395,7 +395,3 @@ def _moved(before: EstimateRecord, accepted: EstimateRecord) -> str:
 
 def _has_phase(curves: CurvesRecord) -> bool:
     return isinstance(curves.responses.measured[0][0], tuple)
-
-
-def _capital(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}"

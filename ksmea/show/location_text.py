@@ -25,7 +25,7 @@ from ksmea.records.location import (
 from ksmea.show.charts.location_chart import location_chart
 from ksmea.show.charts.picture import drawn
 from ksmea.show.location_words import landmarks, law_words, over_the_shaft, place, spread
-from ksmea.show.text import aligned, gain_lines, in_columns, noise_level, number, of_chances, value_and_ends
+from ksmea.show.text import aligned, capital, gain_lines, in_columns, noise_level, number, of_chances, value_and_ends
 from ksmea.units import MICROMETRE, RPM
 
 __all__ = ["frame", "plot", "text"]
@@ -117,7 +117,7 @@ def where(record: LocationRecord) -> str:
         return f"{said}{more} The nearest:\n\n{_table(record, record.candidates)}"
     quantities = dict.fromkeys(site.kind for site in record.sites)
     lines = [
-        f"{_capital(_a(quantity))} that is free at every speed explains the data {spread(record, quantity)}."
+        f"{capital(_a(quantity))} that is free at every speed explains the data {spread(record, quantity)}."
         for quantity in quantities
     ]
     if len(quantities) > 1:
@@ -249,7 +249,7 @@ def _laws(record: LocationRecord) -> str:
     if best is None:
         near = record.laws[0]
         return f"It follows none of the simple laws; the nearest: {near.law} at {place(record, near.position)} (p = {near.p:.2g})."
-    lines = [f"{_capital(_law(record, best))} (p = {best.p:.2g})."]
+    lines = [f"{capital(_law(record, best))} (p = {best.p:.2g})."]
     _, *alike = record.law_class
     if alike:
         more = f" (and {len(alike) - MAX_RIVALS} more)" if len(alike) > MAX_RIVALS else ""
@@ -301,7 +301,3 @@ def _interval(estimate: EstimateRecord | None) -> list[str]:
 
 def _a(quantity: str) -> str:
     return f"an unknown {quantity}"
-
-
-def _capital(words: str) -> str:
-    return words[:1].upper() + words[1:]

@@ -337,3 +337,8 @@ def stability_text(record: StabilityRecord | None) -> Iterator[str]:
 
 def _speed(speed: float | None) -> str:
     return f"{speed / RPM:.0f} rpm" if speed else "rest"
+
+
+def capital(text: str) -> str:
+    """The text with a capital letter first."""
+    return f"{text[:1].upper()}{text[1:]}"
