@@ -7,8 +7,7 @@ import pytest
 from shown_pages import DOCS, FENCE, ROOT
 
 MOST = 900
-LONGER = {"ksmea.md": 1100, "results.md": 1500, "glossary.md": 2100}  # equations, the paper's tables, a list
-LONGER["balancing.md"] = 2000  # until its evidence has a page of its own
+LONGER = {"ksmea.md": 1150, "results.md": 1500, "glossary.md": 2100}  # equations, the paper's tables, a list
 IN_ALL = 28_000
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
 
