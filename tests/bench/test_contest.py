@@ -313,7 +313,8 @@ def test_before_anything_is_run_there_is_nothing_to_rank(tmp_path):
 
 
 def test_any_experiment_of_methods_and_instances_can_be_ranked(enter, monkeypatch):
-    """Without labels methods are called by their plugins; instances are whatever differs in problem and measurement."""
+    """Without labels methods are called by their plugins, whose final step a comparison leaves out; instances are whatever differs in problem
+    and measurement."""
     monkeypatch.setattr("bench.reports.collect._png", lambda chart: b"")
     words = ["table=contest", "optimizer=de,random_search", "problem.mesh=9,13", "measurement.relative=0.1"]
     ended = enter("method=direct", "method.budget=30", "study.intervals=none", *words, "repetitions=2", "workers=1")
@@ -322,7 +323,7 @@ def test_any_experiment_of_methods_and_instances_can_be_ranked(enter, monkeypatc
     board = ended.table("run")
     assert set(board["method"]) == {"direct + de", "direct + random_search"} and (board["evaluations"] == 30).all()
     assert ended.table("run_instances")["settings"].tolist() == ["problem.mesh=9", "problem.mesh=13"]
-    assert "method=direct optimizer=random_search" in (ended.output / "index.html").read_text()
+    assert "method=direct method.final_step=False optimizer=random_search" in (ended.output / "index.html").read_text()
 
 
 def test_the_page_says_what_each_method_is():

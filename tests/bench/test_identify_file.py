@@ -22,7 +22,7 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.identification import IdentificationRecord, LackOfFit, ParameterRecord, Seconds
-from ksmea.show.charts.responses import residuals
+from ksmea.show.charts.responses import residuals_of_fit
 from ksmea.show.identification_text import text
 from ksmea.show.text import fit_verdict
 from ksmea.units import MICROMETRE, RPM
@@ -126,7 +126,7 @@ def test_what_is_printed_can_be_read(example):
 def test_the_record_holds_what_the_report_shows(example):
     (record,) = map(IdentificationRecord.from_data, example.events())
     assert all(parameter.true is None for parameter in record.parameters)
-    scaled = np.concatenate([part for index in range(2) for part in residuals(record.fit, index)])
+    scaled = np.concatenate([part for index in range(2) for part in residuals_of_fit(record.fit, index)])
     assert np.std(scaled) == pytest.approx(1, abs=0.15)  # 360 residuals in units of their noise
     runs = example.runs()
     assert (runs["kxx_search_end_error_pct"] == "").all() and (runs["kxx_covered"] == "").all()
