@@ -124,7 +124,7 @@ WRONG = [  # what is written instead, and what the one line says
     (("g_mm: 150", "g_mm: -1"), "runs[2].weights[1].g_mm: expected a number above 0 (g mm), got -1"),
     (("weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]", "weights: "), "runs[2].weights: expected a list with at least one entry, got nothing"),
     (("runs:", "own: no\nruns:"), "own: expected a list with at least one entry, got 'no'"),
-    (("g_mm: 150, ", ""), "runs[2].weights[1].angle_deg: expected g_mm beside it"),
+    (("g_mm: 150, ", ""), "runs[2].weights[1].angle_deg: expected g_mm with it"),
     (("g_mm: 150, angle_deg: 60", "at_most_g_mm: 0"), "runs[2].weights[1].at_most_g_mm: expected a number above 0 (g mm), got 0"),
     (("weights", "weight"), "runs[2]: unknown key 'weight'; did you mean 'weights'?"),
     (("runs:", "nois: shared\nruns:"), "unknown key 'nois'; did you mean 'noise'?"),
