@@ -9,7 +9,7 @@ import pytest
 PARAMETERS = ["kxx", "kyy", "cxx", "cyy", "u"]
 HEADER = (
     "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,crlb_pct,most_likely,"
-    "low,high,covered_pct,ended_short_pct,runs,failed"
+    "low,high,covered_pct,ended_short_pct,excess_deviance,beyond_pct,runs,failed"
 )
 
 

@@ -231,7 +231,7 @@ def test_the_command_line_refuses_it_in_that_line(case, enter, tmp_path):
     [
         (["measurement.path=."], "measurement=file: .: expected a CSV file, got a directory"),
         (["measurement.path=none.csv"], "none.csv: expected a CSV file, found none (working directory: "),
-        (["measurement.path=/dev/zero"], "got something that is no regular file"),
+        (["measurement.path=/dev/zero"], "got something that is not a regular file"),
         ([], "path: expected the CSV file of a measurement, got none; give measurement.path=run.csv"),
         (["measurement.pth=run.csv"], "unknown setting 'measurement.pth'; did you mean 'measurement.path'?"),
         (["measurement.path=run.csv", "measurement.incomplete=dorp"], "unknown value for incomplete: 'dorp'; did you mean 'drop'?"),
