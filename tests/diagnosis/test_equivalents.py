@@ -112,6 +112,10 @@ def test_cosines_of_pairs_are_those_of_least_squares():
         assert cosine == pytest.approx(np.sqrt(1 - (np.linalg.norm(left) / np.linalg.norm(change)) ** 2), abs=1e-7)
 
 
+[GAIN] = candidate("channel_gain").effect.parameters(rotor())
+NO_GAIN = -GAIN.lower / (GAIN.upper - GAIN.lower)  # in the unit cube
+
+
 def explained(*names, u):
     """An explanation whose effects have values u in the unit cube."""
     applied, problem = tuple(map(candidate, names)), rotor()
@@ -125,7 +129,7 @@ def explained(*names, u):
     ("u", "has"),
     [
         ([0.6, 0.7, 0.6], True),
-        ([0.5, 0.7, 0.6], False),  # a gain of nothing
+        ([NO_GAIN, 0.7, 0.6], False),
         ([1.0, 0.7, 0.6], False),  # on its limit
         ([0.6, 0.7, 0.0], False),  # a block without a mass
         ([0.6, 0.0, 0.6], False),

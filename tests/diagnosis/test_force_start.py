@@ -64,12 +64,11 @@ def test_a_law_is_near_its_coefficients_before_any_fit(position):
     assert 0.67 < stiffness < 1.5 and clearance == pytest.approx(1, abs=0.1)
 
 
-def test_a_rub_is_found_that_neither_its_neighbourhood_nor_a_scan_tells():
+def test_a_rub_is_found_from_its_force_without_a_scan():
     """Its values within four standard errors, which leave one of 5000 right fits out."""
     problem, measurement, effect = rubbing(0.4)
     baseline = fit_baseline(Case(problem, measurement), Search(np.random.default_rng(0), LITTLE))
     (trial,) = fitted(baseline.best, [Candidate("clearance_rub", effect)], Search(np.random.default_rng(0), LITTLE))
-    assert trial.deviance_drop < 60
     found = searched(trial, baseline, dataclasses.replace(LITTLE, is_scanned=False), 1)
     assert found.deviance_drop > 500
     errors = np.sqrt(np.diag(np.linalg.inv(found.fit.point.information)))[
