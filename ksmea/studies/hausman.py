@@ -67,7 +67,7 @@ def both_ways(case: Case, x: Array) -> BothWaysRecord | None:
     if not np.any(testable):
         return None
     variance = 1 / shares[testable] - 1
-    along = directions[:, testable].T @ joint.information[block] @ (by_differences.theta - joint.theta)[free]
+    along = directions[:, testable].T @ joint.information[block] @ (by_differences.theta[:d] - joint.theta[:d])[free]
     p = float(scipy.stats.chi2.sf(np.sum(along**2 / variance), np.sum(testable)))
     moved = directions[:, testable] @ along / np.sqrt(directions[:, testable] ** 2 @ variance)  # in standard errors
     compared = np.sum(directions[:, testable] ** 2, axis=1) > MOSTLY * np.sum(directions**2, axis=1)
