@@ -51,6 +51,7 @@ NEEDED = {  # to plan them at all
     "contest": ["problem.instance=0"],  # others are alike
     "diagnosis_power": ["measurement.hidden=[mass]"],  # so are other effects: 1000 cells take ten seconds
     "diagnosis_nulls_drawn": ["problem.family=overhung", "problem.instance=0"],
+    "diagnosis_effects_drawn": ["problem.family=overhung", "problem.instance=0", "measurement.hidden=[mass]"],
     "balance": ["measurement=campaign", f"measurement.path={EXAMPLES / 'balancing.yaml'}"],
     "diagnose": ["measurement.relative=0.1"],
     "locate": ["measurement.relative=0.1", "measurement.kind=complex", "problem.sensors=[0.1,0.5]"],
