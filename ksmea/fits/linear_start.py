@@ -32,6 +32,8 @@ def solved_start(case: Case, u: Array, d: int, noise: Noise) -> Array:
     weight = 1 / np.maximum(noise.sd(np.abs(response)), np.finfo(float).tiny)
     vectors = x[magnitudes] * sensitivity[..., magnitudes]
     effect = sensitivity[..., d:]
+    if not len(angles):
+        return u
     turned = _turned(vectors, sensitivity[..., angles])  # (n_magnitude, n_angle)
     if np.linalg.matrix_rank(turned) < len(magnitudes):
         return u
