@@ -45,8 +45,9 @@ def test_a_number_that_is_wrong_by_far_is_named(tmp_path, number, known, sizes, 
     (tmp_path / "exact").mkdir()
     for settings in (pump(tmp_path / "exact"), tolerant):
         found = diagnosed(settings, data)
-        first = found.ranking[0]
-        assert (first.effect, first.location) == (name, location)
+        # what does as much is named with it: a gain of the other plane, an added mass with as much inertia
+        best = next(each for each in found.ranking if each.effect == name)
+        assert best.location == location and found.ranking[0].delta_bic - best.delta_bic < 6
         assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group
         assert not any(each.is_contradicted for each in found.inputs)  # with the effect the number itself is not seen
 
