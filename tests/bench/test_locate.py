@@ -55,7 +55,7 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
         ),
         (["+experiment=identifiability", "study.variations=[]"], "local_u_y"),
         (["+experiment=plan", "study.target=local_u_x", "study.add=1", "study.sensors=0"], "local_u_x"),
-        (["+experiment=diagnose", "study.effects=[runout]", "study.screening=256"], "could be noise"),
+        (["+experiment=diagnose", "study.effects=[runout]", "study.screening=256"], "The model explains the data"),
         (["+experiment=locate", *FEW], "nothing needs to be located"),
     ],
 )
