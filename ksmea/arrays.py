@@ -1,4 +1,4 @@
-"""The kinds of arrays that numbers and indices travel in."""
+"""The kinds of arrays that numbers and indices travel in, and complex numbers as real ones."""
 # Shorter than 40 lines: types that every module uses.
 
 from __future__ import annotations
@@ -10,3 +10,12 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
+
+
+def as_real(values: ComplexArray | Array, axis: int = -1) -> Array:
+    """Real parts, then imaginary parts along an axis, as least squares take complex data.
+
+    >>> as_real(np.array([1 + 2j, 3 - 4j]))
+    array([ 1.,  3.,  2., -4.])
+    """
+    return np.concatenate([values.real, values.imag], axis=axis)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, as_real
 from ksmea.fits.starts import MAX_VALUES, scale_unbalance, turn, turning_angles
 from ksmea.numerics.screening import Screened, ranked
 from ksmea.problem.case import Case
@@ -47,7 +47,7 @@ def _added(case: Case, point: Array, zero: Array) -> Array:
     cube = np.tile(np.concatenate([point, zero]), (1 + len(zero), 1))
     cube[1:, len(point) :] += np.diag(step)
     readings = case.problem.response(case.problem.parameters.to_si(cube)).reshape(len(cube), -1)
-    return _real((readings[1:] - readings[0]) / step[:, None]).T
+    return as_real((readings[1:] - readings[0]) / step[:, None]).T
 
 
 def _least_squares(
@@ -55,9 +55,9 @@ def _least_squares(
 ) -> tuple[ComplexArray, Array, Array]:
     """a (n,), θ (n, e) relative to `zero` and the part (n,) of the data left, for responses (n, m) and data (m,)."""
     directions, triangle = np.linalg.qr(basis)
-    of_data = directions.T @ _real(data)
-    left = _real(data) - directions @ of_data
-    columns = [_real(response)] + ([_real(1j * response)] if is_complex else [])
+    of_data = directions.T @ as_real(data)
+    left = as_real(data) - directions @ of_data
+    columns = [as_real(response)] + ([as_real(1j * response)] if is_complex else [])
     own = [each - (each @ directions) @ directions.T for each in columns]  # off what the effect adds
     gram = np.stack([[np.sum(one * other, axis=1) for one in own] for other in own]).transpose(2, 0, 1)
     size = np.trace(gram, axis1=1, axis2=2)
@@ -69,8 +69,3 @@ def _least_squares(
     factor = factors[:, 0] + (1j * factors[:, 1] if is_complex else 0)
     misfit = np.sum(rest**2, axis=1) / np.sum(np.abs(data) ** 2)
     return factor, sizes, np.where(np.isfinite(misfit), misfit, np.inf)
-
-
-def _real(values: ComplexArray) -> Array:
-    """Complex numbers (…, m) as real ones (…, 2 m)."""
-    return np.concatenate([values.real, values.imag], axis=-1)

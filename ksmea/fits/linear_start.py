@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, as_real
 from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
 from ksmea.units import TURN
@@ -24,7 +24,7 @@ def solved_start(case: Case, u: Array, d: int, noise: Noise) -> Array:
     parameters = problem.parameters
     magnitudes = [index for index, item in enumerate(parameters) if item.is_unbalance and index < d]
     angles = [index for index, item in enumerate(parameters) if item.is_full_turn and index < d]
-    if case.measurement.is_amplitude or not magnitudes:
+    if case.measurement.is_amplitude or not (magnitudes and angles):
         return u
     x = parameters.to_si(u)
     x[magnitudes] = np.maximum(x[magnitudes], parameters.lower[magnitudes] + 0.1 * parameters.width[magnitudes])
@@ -32,14 +32,13 @@ def solved_start(case: Case, u: Array, d: int, noise: Noise) -> Array:
     weight = 1 / np.maximum(noise.sd(np.abs(response)), np.finfo(float).tiny)
     vectors = x[magnitudes] * sensitivity[..., magnitudes]
     effect = sensitivity[..., d:]
-    if not len(angles):
-        return u
     turned = _turned(vectors, sensitivity[..., angles])  # (n_magnitude, n_angle)
     if np.linalg.matrix_rank(turned) < len(magnitudes):
         return u
     left = case.measurement.values - response + vectors.sum(axis=-1) + effect @ x[d:]
     columns = np.concatenate([vectors, 1j * vectors, effect], axis=-1)
-    rows, data = _real(columns * weight[..., None], (-1, columns.shape[-1])), _real(left * weight, (-1,))
+    rows = as_real((columns * weight[..., None]).reshape(-1, columns.shape[-1]), axis=0)
+    data = as_real((left * weight).ravel())
     scale = np.maximum(np.linalg.norm(rows, axis=0), np.finfo(float).tiny)
     solved = np.linalg.lstsq(rows / scale, data)[0] / scale
     n = len(magnitudes)
@@ -57,7 +56,3 @@ def _turned(vectors: ComplexArray, by_angles: ComplexArray) -> Array:
     scale = np.maximum(np.linalg.norm(flat, axis=0), np.finfo(float).tiny)
     parts = np.linalg.lstsq(flat / scale, by_angles.reshape(-1, by_angles.shape[-1]))[0] / scale[:, None]
     return np.asarray(np.sign(parts.real) * (np.abs(parts) > TURNS_WITH))
-
-
-def _real(values: ComplexArray | Array, shape: tuple[int, ...]) -> Array:
-    return np.concatenate([values.real.reshape(shape), values.imag.reshape(shape)])

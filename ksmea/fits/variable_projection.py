@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.arrays import Array, Indices, as_real
 from ksmea.fits.starts import MAX_VALUES
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.screening import Screened, ranked
@@ -93,16 +93,11 @@ def _fitted(
         alone[:, index] = unit[index]
         columns.append((weight * (case.problem.response(alone) - without)).reshape(len(x), weight.size))
     of_planes = [1j**turn * column for column in columns[:n_plane] for turn in (0, 1)]  # real and imaginary part
-    basis = _real(np.stack([*of_planes, *columns[n_plane:]], axis=-1))
-    target = _real((weight * (case.measurement.values - without)).reshape(len(x), weight.size))
+    basis = as_real(np.stack([*of_planes, *columns[n_plane:]], axis=-1), axis=1)
+    target = as_real((weight * (case.measurement.values - without)).reshape(len(x), weight.size))
     size = np.einsum("nkm,nm->nk", np.linalg.pinv(basis), target)
     residual = target - np.einsum("nmk,nk->nm", basis, size)
     unbalance = size[:, : 2 * n_plane : 2] + 1j * size[:, 1 : 2 * n_plane : 2]
     x[:, magnitudes], x[:, phases] = np.abs(unbalance) * unit[magnitudes], np.angle(unbalance)
     x[:, linear] = size[:, 2 * n_plane :] * unit[linear]
     return x, np.mean(residual**2, axis=1)
-
-
-def _real(values: ComplexArray) -> Array:
-    """Real and imaginary parts of data (n, m, …) as real data (n, 2m, …)."""
-    return np.concatenate([values.real, values.imag], axis=1)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, as_real
 from ksmea.location.recovered_force import RecoveredForce, recovered_force
 from ksmea.location.unknown_force import SiteFit
 from ksmea.nonlinear.laws import Law
@@ -157,5 +157,4 @@ def _from_best(law: Law, force: Callable[[Array], Array], goal: Array, tried: Ar
 
 def _real_parts(force: ComplexArray) -> Array:
     """Complex forces (n, n_speed, 2) as real numbers (n, m)."""
-    flat = force.reshape(len(force), -1)
-    return np.concatenate([flat.real, flat.imag], axis=1)
+    return as_real(force.reshape(len(force), -1))

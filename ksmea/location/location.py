@@ -22,7 +22,7 @@ from functools import partial
 import numpy as np
 from scipy.optimize import least_squares
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, as_real
 from ksmea.errors import SettingError
 from ksmea.fits.fitting import START_DISTANCE
 from ksmea.fits.starts import screened
@@ -299,7 +299,7 @@ def _settled(fit: SiteFit) -> SiteFit:
     def left_to_it(values: Array) -> Array:
         theta[hidden] = values
         free = (to_unit @ likelihood.at(theta).free[..., None]).ravel()
-        return np.concatenate([free.real, free.imag])
+        return as_real(free)
 
     theta[hidden] = least_squares(left_to_it, theta[hidden], bounds=(0.0, 1.0)).x
     return SiteFit(likelihood, likelihood.at(theta))

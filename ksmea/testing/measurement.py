@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, as_real
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import OBSERVABLES, Measurement
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
@@ -49,8 +49,7 @@ class MeasurementCase(Drawn):
         return self.measure(1)
 
     def outcome(self, seed: int) -> Array:
-        values = np.ravel(self.measure(seed).values)
-        return np.concatenate([values.real, values.imag])
+        return as_real(np.ravel(self.measure(seed).values))
 
 
 def _streams(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
