@@ -14,7 +14,6 @@ from typing import ClassVar
 from ksmea.arrays import Array
 from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, rotor_mass
 from problems.rotor.extension.sizes import Size
-from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.3  # of the rotor's mass at each bearing
 NOTICED = (0.01, 0.15)  # of the rotor's mass, are drawn
@@ -34,13 +33,11 @@ class BearingMass(RotorEffect):
     }
 
     extent = ALL_BEARINGS
+    for_drawings_only: ClassVar[bool] = True
     sizes = (
         Size("bearing_mass_x", "kg", (0.0, LARGEST), drawn=NOTICED, of=rotor_mass),
         Size("bearing_mass_y", "kg", (0.0, LARGEST), drawn=NOTICED, of=rotor_mass),
     )
-
-    def is_offered(self, problem: RotorProblem) -> bool:
-        return problem.is_as_drawn
 
     def bearing_inertia(self, theta: Array) -> Array:
         return theta.T

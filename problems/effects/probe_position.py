@@ -38,12 +38,10 @@ class ProbePosition(PlacedEffect):
         "channel_gain": "both scale what the plane reads; measure the position of the probes, or calibrate them",
     }
     what = "probes"
+    for_drawings_only: ClassVar[bool] = True
 
     def __str__(self) -> str:
         return where(self.position)
-
-    def is_offered(self, problem: RotorProblem) -> bool:
-        return problem.is_as_drawn
 
     def locations(self, problem: RotorProblem) -> Sequence[ProbePosition]:
         """Each plane, where there is another to compare it with."""

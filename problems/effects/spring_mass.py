@@ -54,15 +54,13 @@ class SpringMassOnShaft(SeatedEffect):
         "foundation_resonance": "both add a resonance; a sensor on the foundation, a tap test of the part at rest",
     }
 
+    for_drawings_only: ClassVar[bool] = True
     what, default_place = "spring-mass", "on the first disk or end"
     sizes = (
         Size("attached_mass", "kg", (0.0, LARGEST), drawn=NOTICED_MASS, of=rotor_mass),
         Size("attached_frequency", "Hz", (0.0, 1.0), drawn=NOTICED_FREQUENCY, of=_highest),
         Size("attached_damping_ratio", "%", (0.0, 1.0), drawn=NOTICED_RATIO, of=_most_damped),
     )
-
-    def is_offered(self, problem: RotorProblem) -> bool:
-        return problem.is_as_drawn
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         return mounting_places(problem.rotor)

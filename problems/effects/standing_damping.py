@@ -21,7 +21,6 @@ from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.segments import CouplingSegment, Segment
-from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 500 * MICROSECOND  # a damping ratio of 5 % at 32 Hz
 NOTICED = (3 * MICROSECOND, 200 * MICROSECOND)  # are drawn
@@ -38,10 +37,8 @@ class StandingDamping(RotorEffect):
         "internal_damping": "damping of the turning shaft drives forward whirl above a critical speed; the onset of instability",
     }
 
+    for_drawings_only: ClassVar[bool] = True
     sizes = (Size("standing_damping", "µs", (0.0, LARGEST), drawn=NOTICED),)
-
-    def is_offered(self, problem: RotorProblem) -> bool:
-        return problem.is_as_drawn
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         def damped(segment: Segment) -> Segment:

@@ -44,10 +44,16 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
     """Base of effects on rotors; the fields of an effect say where it sits."""
 
     extent: ClassVar[str] = WHOLE_ROTOR  # location of an effect without one place, in words
+    for_drawings_only: ClassVar[bool] = (
+        False  # tried without its name on a machine as drawn alone: a published rotor is exact
+    )
 
     def __str__(self) -> str:
         """Location of the effect, in words."""
         return self.extent
+
+    def is_offered(self, problem: RotorProblem) -> bool:
+        return problem.is_as_drawn or not self.for_drawings_only
 
     @property
     def sizes(self) -> Sequence[Size]:

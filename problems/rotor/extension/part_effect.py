@@ -22,6 +22,7 @@ class PartEffect(SeatedEffect, Generic[Part]):
 
     of_rotor: ClassVar[str]  # the field of a rotor that has the parts: disks or bearings
     is_scanned: ClassVar[bool] = False
+    for_drawings_only: ClassVar[bool] = True
 
     @abstractmethod
     def changed(self, part: Part, size: float) -> Part:
@@ -30,9 +31,6 @@ class PartEffect(SeatedEffect, Generic[Part]):
     def has(self, part: Part) -> bool:
         """Whether a part can have the effect."""
         return True
-
-    def is_offered(self, problem: RotorProblem) -> bool:
-        return problem.is_as_drawn
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         return places_of((part for part in self._all(problem.rotor) if self.has(part)), problem.rotor)
