@@ -73,10 +73,7 @@ def _largest(baseline: Fit, problem: Problem, index: int) -> float:
 
     def is_stable(size: float) -> bool:
         x[index] = size
-        try:
-            return problem.is_stable(x)
-        except np.linalg.LinAlgError:  # masses that are not positive definite, which no rotor has
-            return False
+        return problem.is_stable(x)
 
     return max(abs(_last_stable(is_stable, end)) for end in (parameter.lower, parameter.upper))
 

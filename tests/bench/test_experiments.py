@@ -45,9 +45,8 @@ REPETITIONS = {  # of others than tables
     "tolerances": 300,
 } | dict.fromkeys(["identifiability", "diagnosis_effects_drawn", "diagnosis_nulls_drawn"], 1)
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
-RUN_UP = EXAMPLES / "run_up.csv"
 NEEDED = {  # to plan them at all
-    "identify": [f"measurement.path={RUN_UP}"],
+    "identify": [f"measurement.path={EXAMPLES / 'run_up.csv'}"],
     "contest": ["problem.instance=0"],  # others are alike
     "diagnosis_power": ["measurement.hidden=[mass]"],  # so are other effects: 1000 cells take ten seconds
     "diagnosis_nulls_drawn": ["problem.family=overhung", "problem.instance=0"],

@@ -174,6 +174,15 @@ def test_without_any_damping_no_motion_grows():
     assert PLAIN.growth_rate(np.array([5e7, 7e7, 0.0, 0.0, 2e-4]), SPEEDS) == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("mass, is_stable", [(3.0, True), (-3.0, False)])
+def test_a_shaft_that_carries_less_inertia_than_none_is_not_stable(mass, is_stable):
+    """3 kg on a radius of gyration of 0.5 m are more than the shaft between two disks has: no motion exists without them. A little
+    cross-coupling keeps the rotor from being called passive."""
+    problem = effect("added_mass", position=0.35, inertia="assumed", radius=0.5).added_to(PLAIN)
+    problem = effect("cross_coupling_antisymmetric").added_to(problem)
+    assert problem.is_stable(np.append(REFERENCE, [mass, 1.0])) is is_stable
+
+
 def test_negative_damping_is_unstable_from_rest():
     assert PLAIN.stability_threshold(np.array([5e7, 7e7, -100.0, 100.0, 2e-4]), 1500.0) == 0.0
 

@@ -162,7 +162,11 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         return self.physics.free_motion(self._point(x), highest, MIN_MODES).growth_rate(speed)
 
     def is_stable(self, x: Array) -> bool:
-        return self._is_passive(x, float(np.max(self.speed))) or super().is_stable(x)
+        """As of every problem; masses that are not positive definite, which no rotor has, hold no motion."""
+        try:
+            return self._is_passive(x, float(np.max(self.speed))) or super().is_stable(x)
+        except np.linalg.LinAlgError:
+            return False
 
     def stability_threshold(self, x: Array, highest: float) -> float:
         return np.inf if self._is_passive(x, highest) else super().stability_threshold(x, highest)
