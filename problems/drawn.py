@@ -29,9 +29,19 @@ from ksmea.measurement.observable import Observable
 from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from ksmea.units import DEGREE, GIGAPASCAL
 from problems.drawn_kinds import KINDS, drawn_of_kind
-from problems.drawn_numbers import UNITS, Range, limited_about, log_uniform, rounded
+from problems.drawn_machine import (
+    ANISOTROPY,
+    DENSITY,
+    FULL_TURN,
+    POISSON_RATIO,
+    QUANTITY_BY_LETTER,
+    RIG,
+    TURBINE,
+    YOUNG_MODULUS,
+    Machine,
+)
+from problems.drawn_numbers import UNITS, limited_about, log_uniform, rounded
 from problems.drawn_parts import PARTS, Draw, in_order, with_parts
 from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
@@ -43,51 +53,8 @@ from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
 from problems.rotor_settings import channels_of
 
-
-@dataclass(frozen=True)
-class Machine:
-    """Ranges of a kind of machine, SI: values of the published one, about 0.6 to 1.6 times as small and as large; what nobody
-    published is named as such."""
-
-    shaft_radius: Range
-    span: Range  # between the bearings
-    disk_radius: Range
-    disk_thickness: Range
-    stiffness: Range  # of a bearing in x
-    damping: Range
-    unbalance: Range
-    fastest: float  # rad/s, up to which critical speeds are looked for
-
-
-# Table 1: radius 0.05, span 1.3, disks 0.12 and 0.20 by 0.05 and 0.06 m, k 50 and 70 MN/m, c 500 and 700 N s/m, 200 g mm.
-TURBINE = Machine(
-    shaft_radius=(0.04, 0.065),
-    span=(1.0, 1.8),
-    disk_radius=(0.11, 0.22),
-    disk_thickness=(0.04, 0.075),
-    stiffness=(2e7, 1.2e8),
-    damping=(300.0, 5000.0),  # the published one damps its criticals by about 1 %; machines by up to ten times as much
-    unbalance=(1e-4, 6e-4),
-    fastest=4000.0,
-)
-# RK-4: radius 0.005, span 0.32 to 0.56, disk 0.038 by 0.017 to 0.025 m; k 0.07 to 0.8 MN/m and c 90 to 500 N s/m are what the
-# published run-up of the two-disk rig asks for; the 28 MN/m of Table 7 cannot be seen beside so slender a shaft.
-RIG = Machine(
-    shaft_radius=(0.004, 0.0065),
-    span=(0.28, 0.5),
-    disk_radius=(0.03, 0.045),
-    disk_thickness=(0.012, 0.03),
-    stiffness=(4e4, 4e5),
-    damping=(20.0, 300.0),
-    unbalance=(2e-5, 3e-4),  # Table 7 has 80 g mm
-    fastest=2500.0,
-)
-
-YOUNG_MODULUS = 190 * GIGAPASCAL, 215 * GIGAPASCAL  # of steels at room temperature; the model is told the drawn value
-DENSITY, POISSON_RATIO = 7850.0, 0.3  # kg/m³; of steel
 OVERHANG = 0.03, 0.15  # of the shaft beyond each bearing, parts of the span
 DISK_PLACE = 0.25, 0.75  # of a disk in its share of the span, evenly
-ANISOTROPY = 0.5, 2.0  # stiffness and damping in y in parts of those in x; Table 1 has 1.4
 CROSS_COUPLING = (
     -0.3,
     0.3,
@@ -96,7 +63,6 @@ N_ELEMENT = 16  # two at least between neighbouring things, mostly three
 
 # Either way, evenly, of the root of the product of the upper limits of kxx and kyy: it tells nothing that these do not.
 CROSS_LIMITS = 0.35, 0.6
-FULL_TURN = -180 * DEGREE, 180 * DEGREE
 
 BAND_FROM, BAND_TO = (0.3, 0.8), (0.9, 3.0)  # ends of the speeds in parts of the first critical speed
 N_SPEED = 12, 30  # evenly; the paper has 53, which cost a surrogate of the response more and tell little more here
@@ -104,13 +70,6 @@ PROBES = {1: ((0.1, 0.9),), 2: ((0.1, 0.45), (0.55, 0.9))}  # where they look in
 
 SOUND_NOISE, SOUND_CRLB, SOUND_SHARE = 0.05, 0.5, 0.5
 MAX_DRAWS = 200
-
-QUANTITY_BY_LETTER = {
-    "k": "stiffness",
-    "c": "damping",
-    "u": "unbalance",
-    "p": "angle",
-}  # by the first letter of an unknown
 
 
 def _both(*coefficients: str) -> tuple[Target, ...]:

@@ -16,7 +16,16 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.measurement.channel import Channel, direction_at
 from ksmea.problem.parameters import Parameter
-from ksmea.units import DEGREE, GIGAPASCAL
+from problems.drawn_machine import (
+    ANISOTROPY,
+    DENSITY,
+    FULL_TURN,
+    POISSON_RATIO,
+    QUANTITY_BY_LETTER,
+    RIG,
+    YOUNG_MODULUS,
+    Machine,
+)
 from problems.drawn_numbers import UNITS, Range, limited_about, log_uniform, rounded
 from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
@@ -27,31 +36,19 @@ from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTar
 
 SHORT = 0.03, 0.12  # of an overhang without a disk, parts of the span; a disk on one sits at its end
 BETWEEN = 0.15, 0.85  # of the span, evenly: where disks between bearings may sit
-ANISOTROPY = 0.5, 2.0  # stiffness and damping in y in parts of those in x
 UNLIKE = 0.5, 2.0  # of one bearing in parts of another
-YOUNG_MODULUS = 190 * GIGAPASCAL, 215 * GIGAPASCAL
-DENSITY, POISSON_RATIO = 7850.0, 0.3
 N_ELEMENT = 24
 N_SPEED = 40, 70
 BAND_FROM, BAND_TO = (0.3, 0.7), (1.1, 1.6)  # of the first, and of the last critical speed that is to lie in the band
 PLANES = 2, 4
-WHOLE = -180 * DEGREE, 180 * DEGREE
 SETS = ("alike", "each", "one")  # of bearings whose unknowns are free
 TWO_UNBALANCES = 0.3  # chance of unbalance in two disks
 
 
 @dataclass(frozen=True)
-class Kind:
+class Kind(Machine):
     """Ranges of a kind of machine, SI. `overhung` are the ends that carry a disk outside of the bearings."""
 
-    shaft_radius: Range
-    span: Range
-    disk_radius: Range
-    disk_thickness: Range
-    stiffness: Range
-    damping: Range
-    unbalance: Range
-    fastest: float  # rad/s
     n_disk: tuple[int, int]  # between the bearings
     overhung: tuple[bool, bool] = (False, False)  # left, right
     overhang: Range = (0.2, 0.45)  # with a disk, parts of the span
@@ -74,17 +71,7 @@ KINDS = {
     "between_bearings": MACHINE,
     "overhung": replace(MACHINE, n_disk=(0, 1), overhung=(False, True)),
     "two_overhangs": replace(MACHINE, n_disk=(0, 1), overhung=(True, True), overhang=(0.15, 0.35)),
-    "flexible_rig": Kind(
-        shaft_radius=(0.004, 0.0065),
-        span=(0.28, 0.5),
-        disk_radius=(0.03, 0.045),
-        disk_thickness=(0.012, 0.03),
-        stiffness=(4e4, 4e5),
-        damping=(20.0, 300.0),
-        unbalance=(1e-5, 1e-4),
-        fastest=2500.0,
-        n_disk=(1, 2),
-    ),
+    "flexible_rig": Kind(**{**vars(RIG), "unbalance": (1e-5, 1e-4)}, n_disk=(1, 2)),
     "long": replace(
         MACHINE,
         shaft_radius=(0.05, 0.09),
@@ -172,15 +159,15 @@ def _with_unknowns(
         true[f"u{number + 1}"] = log_uniform(kind.unbalance, rng)
         targets[f"u{number + 1}"] = (UnbalanceTarget(number),)
     if len(planes) > 1:
-        true["phase2"], targets["phase2"] = rounded(rng.uniform(*WHOLE)), (UnbalanceTarget(1, "phase"),)
+        true["phase2"], targets["phase2"] = rounded(rng.uniform(*FULL_TURN)), (UnbalanceTarget(1, "phase"),)
     unknowns = tuple(Unknown(_parameter(name, true, rng), targets[name]) for name in true)
     return unknowns, true, replace(rotor, bearings=tuple(bearings), unbalance=tuple(planes))
 
 
 def _parameter(name: str, true: Mapping[str, float], rng: np.random.Generator) -> Parameter:
-    quantity = {"k": "stiffness", "c": "damping", "u": "unbalance", "p": "angle"}[name[0]]
+    quantity = QUANTITY_BY_LETTER[name[0]]
     if quantity == "angle":
-        return Parameter(name, *UNITS[quantity], *WHOLE)
+        return Parameter(name, *UNITS[quantity], *FULL_TURN)
     return limited_about(name, quantity, true[name], rng)
 
 
