@@ -32,6 +32,7 @@ from ksmea.show.diagnosis_tables import (
 from ksmea.show.location_words import in_short, over_the_shaft
 from ksmea.show.text import (
     aligned,
+    capital,
     data_words,
     gain_lines,
     hausman_lines,
@@ -95,7 +96,7 @@ def evidence(record: DiagnosisRecord) -> str:
 
 
 def _sentence(lines: Iterable[str]) -> str:
-    return "\n".join(f"{line[0].upper()}{line[1:]}." for line in lines)
+    return "\n".join(f"{capital(line)}." for line in lines)
 
 
 def about_extension(record: DiagnosisRecord) -> list[str]:

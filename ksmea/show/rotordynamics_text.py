@@ -14,6 +14,7 @@ from ksmea.rotordynamics.whirl import CriticalSpeed, Rotordynamics, log_decremen
 from ksmea.rotordynamics.whirl import damping_ratio as ratio_of
 from ksmea.show.charts.mode_shape_charts import in_plane, nodes
 from ksmea.show.margins_text import margin_frame, margin_table, sag_frame
+from ksmea.show.text import capital
 from ksmea.units import GRAM_MILLIMETRE, HERTZ, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, MICROMETRE, RPM
 
 DIRECTIONS = {1.0: "forward", -1.0: "backward", 0.0: "mixed"}
@@ -208,7 +209,7 @@ def sentences(found: Rotordynamics) -> list[str]:
             f" line at {layout.node_positions[lowest]:.3g} m."
         )
     if layout.support:
-        said.append(f"{layout.support[0].upper()}{layout.support[1:]}.")
+        said.append(f"{capital(layout.support)}.")
     said += [f"Effect: {each.name} ({each.where})." for each in layout.effects]
     count = sum(each.harmonic == 1.0 for each in found.critical_speeds)
     said.append(f"{count} critical speed{'s' * (count != 1)} up to {found.highest / RPM:.0f} rpm.")

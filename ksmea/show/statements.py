@@ -8,7 +8,7 @@ from string import Formatter
 from ksmea.measurement.notation import Notation
 from ksmea.records.estimate import Shown
 from ksmea.records.statement import SizeRecord, StatementRecord
-from ksmea.show.text import fixed, number
+from ksmea.show.text import capital, fixed, number
 from ksmea.units import SI_PER_UNIT
 
 PLAIN = Notation()
@@ -30,7 +30,7 @@ def sentence(statement: StatementRecord, notation: Notation = PLAIN) -> str:
         for text, name, form, _ in Formatter().parse(statement.sentence)
     ]
     said = " ".join("".join(parts).split()).replace(" ,", ",").replace(" :", ":")
-    return f"{said[:1].upper()}{said[1:]}"
+    return capital(said)
 
 
 def intervals(statement: StatementRecord, notation: Notation = PLAIN) -> str:

@@ -49,7 +49,7 @@ class MeasurementCase(Drawn):
         return self.measure(1)
 
     def outcome(self, seed: int) -> Array:
-        return as_real(np.ravel(self.measure(seed).values))
+        return as_real(self.measure(seed).values.ravel())
 
 
 def _streams(seed: int) -> tuple[np.random.Generator, np.random.Generator]:

@@ -21,7 +21,7 @@ from bench.reports.comparison.sides import Side
 from bench.reports.pages.made_by import OF_CODE
 from ksmea.errors import shortened
 from ksmea.records.estimate import Shown
-from ksmea.show.text import aligned, in_columns, number, of_chances, with_ends
+from ksmea.show.text import aligned, capital, in_columns, number, of_chances, with_ends
 
 AGREE = 2.0  # combined standard deviations up to which two values are said to agree
 YES, NO = ANSWERS = "yes", "no"
@@ -164,7 +164,7 @@ def text(comparison: Comparison) -> str:
     head = [
         f"a: {first.name}: {first.verdict}",
         f"b: {second.name}: {second.verdict}",
-        f"{said[:1].upper()}{said[1:]}.",
+        f"{capital(said)}.",
     ]
     blocks = ["\n".join(head), in_columns(unknowns_table(comparison)), in_columns(comparison.facts)]
     return "\n\n".join([*blocks, *_settings_text(comparison)])

@@ -20,6 +20,7 @@ from bench.jobs.records import NOT_FAILED, UNFINISHED
 from bench.plan.naming import place_columns, place_text, telling_axes
 from bench.plan.plan import Plan
 from bench.reports.tables import has_truth
+from ksmea.show.text import capital
 
 SIGMA, PERCENT = "rms error / σ", "rms error, %"
 TIE = 1.05  # of the best score: medians of few runs differ by more than this
@@ -129,7 +130,7 @@ def headline(sweep: Sweep) -> str:
         f"{short(strongest)} matters most: {place_text(worst)} has {strength:.2g} times the error of {place_text(best)}"
     )
     rest = ", ".join(f"{short(name)} {value:.1f}" for name, value in others if np.isfinite(value))
-    return said[:1].upper() + said[1:] + (f" ({rest} times)" if rest else "")
+    return capital(said) + (f" ({rest} times)" if rest else "")
 
 
 def short(axis: str) -> str:

@@ -17,7 +17,7 @@ from ksmea.show.charts.inputs_chart import budget_chart, inputs_chart
 from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.responses import of_fit
 from ksmea.show.identification_text import identification_chart, table, text
-from ksmea.show.text import fit_verdict
+from ksmea.show.text import capital, fit_verdict
 
 LEAST_STEPS = 2  # updating steps that make a curve
 
@@ -43,7 +43,7 @@ def headline(record: IdentificationRecord) -> str:
     """Whether the model explains the data, in a line; of what was not tested, how many unknowns have an interval."""
     if record.lack_of_fit is not None:
         said = fit_verdict(record.lack_of_fit)
-        return f"{said[:1].upper()}{said[1:]}"
+        return capital(said)
     known = sum(part.low is not None and part.high is not None for part in record.parameters)
     return f"{known} of {len(record.parameters)} unknowns are known from both sides"
 

@@ -12,6 +12,7 @@ from bench.plan.page import Page, Section
 from bench.reports.pages import bundle
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.prose import safe, unbroken
+from ksmea.show.text import capital
 
 PAGE = "index.html"  # of a folder
 FACTS = "ksmea-bench"  # name of the element that says what a page is about
@@ -67,7 +68,7 @@ def _header(title: str, page: Page) -> str:
     if not page.headline:
         return f"<h1>{safe(title)}</h1>"
     about = " · ".join(filter(None, [title, page.about]))
-    finding = page.headline[:1].upper() + page.headline[1:]
+    finding = capital(page.headline)
     return f'<p class="about">{safe(about)}</p><h1>{unbroken(safe(finding))}</h1>'
 
 
