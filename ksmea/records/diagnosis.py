@@ -219,6 +219,11 @@ class DiagnosisRecord(Record):
         """Whether the extended model is accepted."""
         return self.verdict in ("named", "ambiguous")
 
+    @property
+    def is_unexplained(self) -> bool:
+        """Whether neither the model as given nor one with effects is accepted."""
+        return self.is_rejected and not self.is_explained
+
 
 FIELDS = {  # at any depth of a record
     "class": "ambiguity_group",

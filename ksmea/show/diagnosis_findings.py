@@ -198,7 +198,7 @@ def values(record: DiagnosisRecord) -> pd.DataFrame:
         accepted = averaged.get(row.name) if averaged else row.after if record.is_explained else row.before
         accepted = accepted or row.before
         own = {"": row.name, "value": "", "95 %": "", "±": ""}
-        if record.verdict in (LOCATED, UNKNOWN) or (record.is_explained and row.after is None):
+        if record.is_unexplained or (record.is_explained and row.after is None):
             rows.append(own | {"value": number(accepted.value), "unit": accepted.unit, "95 %": "wrong model"})
             continue
         value, interval, relative = _in_columns(accepted.shown)
@@ -207,7 +207,7 @@ def values(record: DiagnosisRecord) -> pd.DataFrame:
             own["moved by the cause"] = _moved(row.before, accepted)
         rows.append(own)
     frame = pd.DataFrame(rows)
-    is_wrong = record.verdict in (LOCATED, UNKNOWN) and not beside(record)
+    is_wrong = record.is_unexplained and not beside(record)
     return frame.drop(columns="±") if is_wrong and not frame.empty else frame
 
 

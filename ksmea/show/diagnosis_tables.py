@@ -51,11 +51,9 @@ def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
     """Every unknown of the model as given; if an extension explains the data, also with that (`after`), with the
     extension's own, and averaged over all explanations where there are several. Intervals belong to models that are not rejected."""
     if all(row.after is None for row in record.coefficients):
-        own = [row.before for row in record.coefficients if row.before is not None]
         if record.is_rejected:
-            return pd.DataFrame(
-                [[each.name, number(each.value), each.unit] for each in own], columns=["unknown", "value", "unit"]
-            )
+            return _of_rejected(record)
+        own = [row.before for row in record.coefficients if row.before is not None]
         rows = [[each.name, *_in_columns(each), each.unit] for each in own]
         return pd.DataFrame(rows, columns=["unknown", "value", "interval", "unit"])
     averaged = averaged_values(record)
@@ -115,11 +113,6 @@ def _in_columns(estimated: EstimateRecord) -> tuple[str, str]:
 
 def _unit(*estimated: EstimateRecord | None) -> str:
     return next((each.unit for each in estimated if each is not None), "")
-
-
-def is_rejected(record: DiagnosisRecord) -> bool:
-    """Whether neither the model as given nor one with effects is accepted."""
-    return record.verdict in ("unknown", "located")
 
 
 def values_beside(record: DiagnosisRecord) -> list[str]:

@@ -23,7 +23,6 @@ from ksmea.show.charts.responses import of_diagnosis
 from ksmea.show.diagnosis_findings import alike, applied, verdict_line
 from ksmea.show.diagnosis_tables import (
     averaged_values,
-    is_rejected,
     ranking_table,
     unknowns_table,
     values_beside,
@@ -342,7 +341,7 @@ def _ranking(record: DiagnosisRecord) -> str:
     """The highest-ranked effects with their evidence; intervals of their sizes only if a model is accepted."""
     if not record.ranking:
         return ""
-    table = in_columns(ranking_table(_listed(record), with_intervals=not is_rejected(record)))
+    table = in_columns(ranking_table(_listed(record), with_intervals=not record.is_unexplained))
     if record.verdict != "adequate":
         return table
     return f"The model explains the data. The effects that come nearest to being needed:\n{table}"

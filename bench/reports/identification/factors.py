@@ -7,7 +7,7 @@ strength of a factor is the median, over the combinations of all others, of the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
 from typing import Any
@@ -98,14 +98,10 @@ def sweep_of(plan: Plan, runs: pd.DataFrame) -> Sweep | None:
     factors = {axis: _levels(plan, axis) for axis in axes if axis not in idle}
     if not factors:
         return None
-    cells = tuple(
-        Cell({name: cell.levels[name] for name in factors}, cell.score, cell.n_result, cell.n_run, cell.outcome)
-        for cell in merged
-    )
+    cells = tuple(replace(cell, levels={name: cell.levels[name] for name in factors}) for cell in merged)
     found = Sweep(factors, cells, quantity, said, len(runs), int(runs["status"].isin(RESULTS).sum()))
     order = sorted(factors, key=lambda name: -np.nan_to_num(found.strength[name], nan=0.0))
-    by_result = {name: _ordered(found, name) for name in order}
-    return Sweep(by_result, cells, quantity, said, found.n_run, found.n_result)
+    return replace(found, factors={name: _ordered(found, name) for name in order})
 
 
 def without_twins(plan: Plan, summary: pd.DataFrame) -> pd.DataFrame:

@@ -19,8 +19,8 @@ from bench.reports.by_cell import hidden_paragraph
 from bench.reports.identification.cost import cost_chart, cost_frame
 from bench.reports.identification.course_charts import MAX_LINES, anytime_chart, response_chart, updates_chart
 from bench.reports.identification.factor_charts import cells_chart, factors_chart
+from bench.reports.identification.factors import Sweep, sweep_of, without_twins
 from bench.reports.identification.factors import headline as sweep_headline
-from bench.reports.identification.factors import sweep_of, without_twins
 from bench.reports.identification.spread_chart import spread_chart
 from bench.reports.identification.trace_table import read_traces, stages_frame, trace_frame
 from bench.reports.runs import runs_frame
@@ -51,7 +51,7 @@ class SummaryReport(Report):
             {f"{plan.name}.csv": csv_text(summary).encode(), "runs.csv": csv_text(runs).encode()},
             runs,
             lambda: {f"{plan.name}{name}.csv": csv_text(frame).encode() for name, frame in courses().tables().items()},
-            page=lambda: summary_page(plan, runs, summary, text, courses()),
+            page=lambda: summary_page(plan, runs, summary, text, courses(), sweep),
         )
 
 
@@ -85,24 +85,35 @@ def read_courses(plan: Plan, runs: pd.DataFrame, output: Path) -> Courses:
     )
 
 
-def summary_page(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, text: str, courses: Courses) -> Page:
+def summary_page(
+    plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, text: str, courses: Courses, sweep: Sweep | None = None
+) -> Page:
     """The page of a table, with all figures of the experiment; of a sweep first what each factor does."""
     columns = Folded("All columns", (Table(summary.dropna(axis="columns", how="all"), file=f"{plan.name}.csv"),))
     spread = Drawn(partial(spread_chart, plan, runs, summary), f"{plan.name}.png")
+    table: tuple[Block, ...] = (Prose(text), columns)
     curves = tuple(_curves(plan, courses))
     of_curves = [Section("Curves", curves)] if curves else []
-    sweep = None if plan.report.paper else sweep_of(plan, runs)
-    if sweep is None or len(plan.cells) < 2:
-        sections = [Section("Table", (Prose(text), columns)), Section("Spread over the repetitions", (spread,))]
+    if sweep is None:
+        sections = [Section("Table", table), Section("Spread over the repetitions", (spread,))]
         return Page(headline(plan, runs, summary), (*sections, *of_curves))
-    charts = [Drawn(partial(factors_chart, sweep), f"{plan.name}_factors.png")] if len(sweep.factors) > 1 else []
-    charts += [Drawn(partial(cells_chart, sweep), f"{plan.name}_cells.png")] if len(sweep.factors) > 1 else [spread]
-    folded = [Folded("Table", (Prose(text), columns))]
-    folded += [Folded("Spread over the repetitions, unknown by unknown", (spread,))] if len(sweep.factors) > 1 else []
-    said = [Prose(". ".join(sweep.merged) + ".")] if sweep.merged else []
-    sections = [Section("Factors", (*said, *charts)), Section("Numbers", tuple(folded))]
+    sections = list(_of_sweep(plan, sweep, table, spread))
     counted = f"{sweep.n_result} of {sweep.n_run} runs" if sweep.n_result < sweep.n_run else f"{sweep.n_run} runs"
     return Page(sweep_headline(sweep), (*sections, *of_curves), counted)
+
+
+def _of_sweep(plan: Plan, sweep: Sweep, table: tuple[Block, ...], spread: Drawn) -> Iterator[Section]:
+    """What each factor does, then the numbers; of one factor its spread is the picture."""
+    said = [Prose(". ".join(sweep.merged) + ".")] if sweep.merged else []
+    if len(sweep.factors) < 2:
+        yield Section("Factors", (*said, spread))
+        yield Section("Numbers", (Folded("Table", table),))
+        return
+    factors = Drawn(partial(factors_chart, sweep), f"{plan.name}_factors.png")
+    cells = Drawn(partial(cells_chart, sweep), f"{plan.name}_cells.png")
+    yield Section("Factors", (*said, factors, cells))
+    by_unknown = Folded("Spread over the repetitions, unknown by unknown", (spread,))
+    yield Section("Numbers", (Folded("Table", table), by_unknown))
 
 
 def _curves(plan: Plan, courses: Courses) -> Iterator[Block]:
