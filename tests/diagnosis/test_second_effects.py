@@ -133,16 +133,16 @@ def test_a_limit_leaves_out_what_stays_above_it_and_nothing_else(rotor, fine):
     found = candidates(first.problem, few("channel_gain", "runout", "timing_delay"))
     limit = first.deviance - np.log(first.likelihood.n_residual)
     every, below = (
-        {trial.candidate: trial.fit.deviance for trial in trials}
+        {(trial.name, trial.location): trial.fit.deviance for trial in trials}
         for trials in (
             fitted(first, found, SEARCH),
             fitted(first, found, SEARCH, limit=limit),
         )
     )
     assert below and len(below) < len(every)
-    assert set(below) == {candidate for candidate, deviance in every.items() if deviance < limit}
-    for candidate, deviance in below.items():
-        assert deviance == pytest.approx(every[candidate], abs=0.01)  # fits end by what they promise
+    assert set(below) == {effect for effect, deviance in every.items() if deviance < limit}
+    for effect, deviance in below.items():
+        assert deviance == pytest.approx(every[effect], abs=0.01)  # fits end by what they promise
 
 
 N_DATA = 100
