@@ -40,7 +40,7 @@ from ksmea.problem.case import Case
 from ksmea.problem.held import HeldProblem
 from ksmea.problem.load import LOADS
 from ksmea.problem.problem import Problem
-from ksmea.records.location import LATERAL, MAX_PLACES, MAX_SHARE, SAME
+from ksmea.records.location import LATERAL, MAX_PLACES, MAX_SHARE, is_nearest
 
 FIRST_FLOOR = 0.1  # of the median of all values: the noise's floor in the first weights, relative to its relative part
 SHARED = 3  # best sites whose unknowns all sites are fitted from
@@ -92,9 +92,8 @@ class Location:
 
     def accepts(self, position: float) -> bool:
         """Whether anything is accepted than which nothing that was tried is nearer to a position (m)."""
-        nearest = min(abs(fit.unmodelled.position - position) for fit in self.sites)
-        found = (self.sites[index].unmodelled.position for index in self.accepted)
-        return any(abs(each - position) <= nearest + SAME for each in found)
+        tried = [fit.unmodelled.position for fit in self.sites]
+        return is_nearest(position, tried, [tried[index] for index in self.accepted])
 
     @property
     def is_plain_enough(self) -> bool:

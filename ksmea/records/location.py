@@ -6,7 +6,7 @@ there are real and imaginary parts under Re(f e^{iΩt}), with the ends of their 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -29,6 +29,12 @@ NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told a
 SAME = 1e-6  # m between positions of one place
 # If so much is accepted, nothing is located: of all that was tried, or of the places of forces and moments, which are so many at least
 MAX_SHARE, MAX_PLACES, FEWEST_SPREAD = 0.5, 1 / 3, 3
+
+
+def is_nearest(position: float, tried: Sequence[float], accepted: Sequence[float]) -> bool:
+    """Whether a position (m) has none of the tried ones nearer to it than an accepted one."""
+    nearest = min((abs(each - position) for each in tried), default=0.0)
+    return any(abs(each - position) <= nearest + SAME for each in accepted)
 
 
 @dataclass(frozen=True)
@@ -214,8 +220,7 @@ class LocationRecord(Record):
 
     def accepts(self, position: float) -> bool:
         """Whether any candidate is accepted than which none is nearer to a position (m)."""
-        nearest = min((abs(each.position - position) for each in self.candidates), default=0.0)
-        return any(abs(each.position - position) <= nearest + SAME for each in self.sites)
+        return is_nearest(position, [each.position for each in self.candidates], [each.position for each in self.sites])
 
     def share(self, *kinds: str) -> float:
         """The part of the places tried for these kinds, of one position each, at which any of them is accepted."""
