@@ -104,7 +104,7 @@ def check_ports(n_speed: int, *, n_bearing: int, n_plane: int, n_probe: int) -> 
     """Raise `SettingError` if the motions per force at all speeds would fill the memory."""
     n_port = 2 * n_bearing
     of_speed = (n_port + n_probe) * max(n_port + n_plane, 1)
-    most = MAX_RECEPTANCES // of_speed
+    most = MAX_RECEPTANCES // max(of_speed, 1)  # of a rotor to draw there are none
     if n_speed > most:
         raise SettingError(
             f"speeds: expected at most {most} with {n_probe} probes, {n_bearing} bearings, {n_plane} planes, got {n_speed}"

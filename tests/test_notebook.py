@@ -43,8 +43,8 @@ def printed(cell):
 
 def test_it_runs_and_finds_what_is_hidden(executed):
     texts = [printed(cell) for cell in code(executed)]
-    assert any("Verdict: named – residual_bow (half sine between the bearings)" in text for text in texts)
-    assert "residual_bow (half sine between the bearings): bow_x = " in texts[-1]
+    assert any("Verdict: named – unequal_bearings (stiffness of bearing 2)" in text for text in texts)
+    assert "unequal_bearings (stiffness of bearing 2): stiffness_difference_x = " in texts[-1]
     assert any("the model does not fit: its residuals are not noise" in text for text in texts)
     assert all(output.output_type != "error" for cell in code(executed) for output in cell.outputs)
 

@@ -6,7 +6,7 @@ import math
 
 import pandas as pd
 
-from bench.plan.page import Block, Picture, Prose, Section, Table
+from bench.plan.page import Block, Page, Picture, Prose, Section, Table
 from bench.reports.pages.document import document
 from benchmarks.harness.machine import LINE, MACHINE
 from benchmarks.harness.row import CPU, WALL
@@ -53,7 +53,7 @@ def page(frame: pd.DataFrame, png: bytes) -> bytes:
         if len(exponents):
             blocks.append(Table(_growth(exponents), "Growth"))
         sections.append(Section(str(group), tuple(blocks)))
-    return document("Side by side", "", sections, {"benchmarks": True}, {FIGURE: png})
+    return document("Side by side", Page(), sections, {"benchmarks": True}, {FIGURE: png})
 
 
 def _page_table(rows: pd.DataFrame) -> pd.DataFrame:

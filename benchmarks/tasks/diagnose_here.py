@@ -31,15 +31,16 @@ SEEDS = (1, 2, 3)
 EFFECTS = (
     *("mass", "runout", "residual_bow", "added_mass", "axial_force", "unbalance", "probe_rotation", "youngs_modulus"),
 )
-FITTING, DIAGNOSIS, LOCATE = "ksmea.fits.fitting", "ksmea.diagnosis.diagnosis", "ksmea.studies.locate"
+FITTING, DIAGNOSIS = "ksmea.fits.fitting", "ksmea.diagnosis.diagnosis"
+DIAGNOSE, LOCATE = "ksmea.studies.diagnose", "ksmea.studies.locate"
 PARTS = {  # by the modules that call them, and names
-    "screening": ((FITTING, "screened_both_ways"), (FITTING, "scanned"), (FITTING, "screened_at")),
-    "baseline": ((DIAGNOSIS, "fit_baseline"),),
+    "screening": ((FITTING, "screened_both_ways"), (FITTING, "scanned"), (FITTING, "eliminated")),
+    "baseline": ((DIAGNOSE, "fit_baseline"),),
     "fits": ((DIAGNOSIS, "fitted"), (DIAGNOSIS, "refined")),
     "second effects": ((DIAGNOSIS, "pairs_beside"), (DIAGNOSIS, "alternatives")),
     "lack of fit": ((DIAGNOSIS, "fit_quality"),),
     "intervals": ((DIAGNOSIS, "settled"), (DIAGNOSIS, "settled_stable")),
-    "observability": ((DIAGNOSIS, "smallest_detectable"), (DIAGNOSIS, "collinearities")),
+    "observability": ((DIAGNOSIS, "collinearities"), ("ksmea.diagnosis.observability", "smallest_detectable")),
     "split": ((DIAGNOSIS, "best_split"),),
     "gain": ((DIAGNOSIS, "predictive_gain"),),
     "location": ((LOCATE, "locate"),),

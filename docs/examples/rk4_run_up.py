@@ -25,7 +25,7 @@ RATE = {"beam_model": 167.0, "bearing_centres_560": 218.0}  # rpm/s
 NOISE = {"beam_model": (0.15, 0.59), "bearing_centres_560": (0.21, 0.53)}  # of each value, and µm
 SENSOR = {"beam_model": 0.12, "bearing_centres_560": 0.08}  # m, the same probe
 RPM = np.pi / 30
-SMOOTHED, PROMINENT = 3, 0.01  # rows of which the mean counts, and part of the largest amplitude that a maximum stands out by
+SMOOTHED, PROMINENT = 3, 0.01  # rows of a mean, and the part of the largest amplitude by which a maximum stands out
 BARE = {"u1": 1.0, "phase1": 0.0, "u2": 1.0, "phase2": 0.0}  # g mm, deg
 SWEPT = """problem: {{name: rk4_two_disk, layout: {layout}, sensors: [{sensor}], directions: [x]}}
 effects: [{{name: run_up_acceleration}}]

@@ -59,4 +59,10 @@ def test_the_noise_of_a_cell_is_that_of_its_instance(newcomer, enter):
     [cell] = read_plan(ended.output).cells
     told = {key: cell.settings["measurement"][key] for key in ("family", "instance", "held_back")}
     assert told == {"family": "two_disk", "instance": 0, "held_back": True}
-    assert cell.settings["problem"] == {"name": "drawn", **told, "machine_parts": [], "tolerances": "none", "mesh": None}
+    assert cell.settings["problem"] == {
+        "name": "drawn",
+        **told,
+        "machine_parts": [],
+        "tolerances": "none",
+        "mesh": None,
+    }

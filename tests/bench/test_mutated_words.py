@@ -15,10 +15,9 @@ N_LINE = int(os.environ.get("KSMEA_MUTATED", "120"))  # CONTRIBUTING.md has the 
 
 @pytest.mark.parametrize("block", range(4))
 def test_mutated_command_lines(block, tmp_path, monkeypatch, capsys):
-    planned = offers.dealt
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", ["bench"])
-    monkeypatch.setattr(offers, "dealt", lambda experiment: planned(experiment) and [])
+    monkeypatch.setattr(offers, "unfinished", lambda runs, finished: [])  # Hydra imports its own copy of `dealt`
     for seed in range(block * N_LINE // 4, (block + 1) * N_LINE // 4):
         started = time.monotonic()
         try:

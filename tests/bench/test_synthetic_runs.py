@@ -97,7 +97,8 @@ def test_a_hidden_thermal_bow_grows_through_runs_up_and_down():
     np.testing.assert_allclose(second, down, rtol=1e-9)
     assert np.abs(second - first).max() > 0.1 * np.abs(first).max()
     [told] = hidden_by(source)
-    assert told.location == "runs up and down" and [part.value for part in told.parameters] == pytest.approx([20, -10])
+    assert told.location == "half sine between the bearings in runs up and down"
+    assert [part.value for part in told.parameters] == pytest.approx([20, -10])
 
 
 @pytest.mark.parametrize("name", ["thermal_bow", "cubic_stiffness", "run_up_acceleration", "mass"])
