@@ -41,7 +41,7 @@ def estimated(fit: Fit, run: int, planes: Indices) -> WeightEstimate:
 
     Raises `SettingError` if there are more planes than entries."""
     readings, one = fit.readings, np.array([run])
-    n_entry = readings.response.shape[1]
+    n_entry = int(np.sum(~readings.is_missing[run]))
     if len(planes) > n_entry:
         raise SettingError(
             f"run {readings.names[run]}: expected at most {n_entry} unknown weights, one for each speed and channel, got"
@@ -65,7 +65,7 @@ def estimated(fit: Fit, run: int, planes: Indices) -> WeightEstimate:
         without = (fit.influence.bare + effective[0] @ fit.influence.planes) * fit.influence.gain(
             readings.deviation[one]
         )[0]
-        seen = readings.response[run] - without - drift
+        seen = np.where(readings.is_missing[run], 0, readings.response[run] - without - drift)
         by = (fit.influence.planes[planes] * fit.influence.gain(readings.deviation[one])).T
         weighted = np.linalg.solve(covariance, by)
         found_covariance = np.linalg.inv(by.conj().T @ weighted)

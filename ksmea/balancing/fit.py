@@ -17,7 +17,7 @@ import scipy
 from scipy.linalg import cho_factor, cho_solve
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.balancing.influence import Influence, plain_influence
+from ksmea.balancing.influence import Influence, plain_influence, tell_planes_apart
 from ksmea.balancing.readings import Readings
 from ksmea.balancing.variance import Components, RestrictedLikelihood
 from ksmea.errors import SettingError
@@ -28,6 +28,7 @@ N_SIZES = 3  # different sizes of weights from which growth with them is asked f
 N_ITERATION = 3  # Gauss–Newton steps, each with new variance components
 SEARCH = 1  # the step, from 0, at which τ and κ are searched for too: they take most of the time
 SLOPE_LEVEL = 0.01  # p below which a slope with speed or a growth with size is kept
+UNMEASURED = 1e12  # variance of a missing entry, in units of the largest of the spread: its value plays no part
 SMALLEST_DEVIATION = 1e-5  # of speeds: below it there is nothing to find a slope from
 AUTO, YES, NO = "auto", "yes", "no"
 
@@ -66,8 +67,14 @@ class Fit:
 
     def covariance(self, runs: Indices, others: Indices) -> ComplexArray:
         """Covariance of the responses of runs with the responses of others, both flat over runs and entries."""
-        equal = (runs[:, None] == others) * self.components.factor(self.load[runs])[:, None]
-        found = np.kron(equal, self.components.spread)
+        equal = runs[:, None] == others
+        found = np.kron(equal * self.components.factor(self.load[runs])[:, None], self.components.spread)
+        n_entry = len(self.components.spread)
+        by_entry = found.reshape(len(runs), n_entry, len(others), n_entry)
+        first, second = np.nonzero(equal)
+        pair, entry = np.nonzero(self.readings.is_missing[runs[first]])
+        unmeasured = UNMEASURED * np.max(self.components.spread.real)
+        by_entry[first[pair], entry, second[pair], entry] += unmeasured
         time, drift = self.readings.time, self.components.drift
         if drift is not None and time is not None:
             found = found + np.kron(self.components.correlation(time[runs], time[others]), drift)
@@ -78,7 +85,8 @@ class Fit:
 
     def residual(self, runs: Indices) -> ComplexArray:
         weights, deviation = self.readings.weights[runs], self.readings.deviation[runs]
-        return np.asarray(self.readings.response[runs] - self.influence.response(weights, deviation))
+        left = self.readings.response[runs] - self.influence.response(weights, deviation)
+        return np.where(self.readings.is_missing[runs], 0, left)
 
     @cached_property
     def solution(self) -> Solution:
@@ -130,33 +138,35 @@ class Asked:
 
 
 def fitted(readings: Readings, used: Indices, asked: Asked) -> Fit:
-    """The fit to runs with known weights.
+    """The fit to runs with known weights. All of the covariance is estimated from runs with all speeds, or none of it.
 
     Raises `SettingError` if the runs do not distinguish the planes, or cannot show a requested drift.
     """
-    response, weights = readings.response[used], readings.weights[used]
+    weights, is_missing = readings.weights[used], readings.is_missing[used]
     _require_rank(readings, weights)
-    n_run, n_entry = response.shape
-    dof = n_run - 1 - weights.shape[1]
-    at = readings.speed_of_entry
-    influence = plain_influence(response, weights, at, len(readings.speed))
-    left = response - influence.response(weights, readings.deviation[used])
+    n_entry, n_coefficient = is_missing.shape[1], 1 + weights.shape[1]
+    complete = np.flatnonzero(readings.is_complete[used])
+    dof = len(complete) - n_coefficient
+    influence = plain_influence(
+        readings.response[used], is_missing, weights, readings.speed_of_entry, len(readings.speed)
+    )
+    left = readings.response[used] - influence.response(weights, readings.deviation[used])
+    left[is_missing] = 0
     if dof < RUNS_PER_ENTRY * n_entry:
         if asked.drift == YES:
             raise SettingError(
-                f"study.drift: expected {RUNS_PER_ENTRY * n_entry + 1 + weights.shape[1]} runs with known weights or more to see"
-                f" a drift of {n_entry} entries, got {n_run}; leave it out"
+                f"study.drift: expected {RUNS_PER_ENTRY * n_entry + 1 + weights.shape[1]} runs with known weights or more and all"
+                f" speeds to see a drift of {n_entry} entries, got {len(complete)}; leave it out"
             )
-        return _few_runs(readings, used, influence, left, dof)
-    spread = left.T @ left.conj() / dof
+        return _few_runs(readings, used, influence, left, int(np.sum(~is_missing)) - n_entry * n_coefficient)
+    spread = left[complete].T @ left[complete].conj() / dof
     plain = Fit(readings, used, influence, Terms(), Components(None, spread, 1.0, 0.0), FREE, float(dof))
     return _with_components(plain, asked)
 
 
 def _require_rank(readings: Readings, weights: ComplexArray) -> None:
     n_plane = weights.shape[1]
-    regressors = np.column_stack([np.ones(len(weights)), weights / (np.max(np.abs(weights), initial=0.0) or 1.0)])
-    if np.linalg.matrix_rank(regressors, tol=1e-6) < 1 + n_plane:
+    if not tell_planes_apart(weights):
         raise SettingError(
             f"balance: expected runs with known weights that tell {n_plane} planes and the bare rotor apart"
             f" ({1 + n_plane} or more that differ), got {len(weights)}; add a run with a weight in each plane alone"
@@ -164,18 +174,20 @@ def _require_rank(readings: Readings, weights: ComplexArray) -> None:
 
 
 def _few_runs(readings: Readings, used: Indices, influence: Influence, left: ComplexArray, dof: int) -> Fit:
-    """The covariance of the entries where runs are too few to estimate all of it: uncorrelated entries."""
+    """The covariance of uncorrelated entries, for runs that are too few to estimate all of it; `dof` complex numbers are left
+    of all entries."""
     n_entry = left.shape[1]
+    square = float(np.mean(np.abs(readings.response[~readings.is_missing]) ** 2))
     if readings.variance is not None:
-        base, method, of_base = readings.variance[used].mean(axis=0), STATED, np.inf
+        base, method, of_base = np.nanmean(readings.variance[used], axis=0), STATED, np.inf
     elif readings.repeat_variance is not None:
         base, method, of_base = readings.repeat_variance, REPEATS, float(readings.repeat_dof * n_entry)
     else:
-        base, method, of_base = np.full(n_entry, np.mean(np.abs(readings.response) ** 2)), NONE, 0.0
-    base = np.maximum(base, 1e-12 * np.mean(np.abs(readings.response) ** 2))  # digits of a file
+        base, method, of_base = np.full(n_entry, square), NONE, 0.0
+    base = np.maximum(base, 1e-12 * square)  # digits of a file
     if dof > 0:
-        base = base * np.sum(np.abs(left) ** 2 / base) / (dof * n_entry)
-        method, of_base = COMMON, float(dof * n_entry)
+        base = base * np.sum(np.abs(left) ** 2 / base) / dof
+        method, of_base = COMMON, float(dof)
     components = Components(None, np.diag(base).astype(complex), 1.0, 0.0)
     return Fit(readings, used, influence, Terms(), components, method, of_base)
 
@@ -230,12 +242,13 @@ def _iterated(fit: Fit, can_grow: bool, n: int) -> tuple[Fit, float]:
     """Variance components and Gauss–Newton steps in turn; the last −ln L."""
     value = np.inf
     for number in range(n):
-        time = None if fit.readings.time is None else fit.readings.time[fit.used]
+        runs = fit.used[fit.readings.is_complete[fit.used]]
+        time = None if fit.readings.time is None else fit.readings.time[runs]
         likelihood = RestrictedLikelihood(
-            fit.residual(fit.used),
-            fit.columns(fit.used, fit.readings.weights[fit.used]),
+            fit.residual(runs),
+            fit.columns(runs, fit.readings.weights[runs]),
             time,
-            fit.load[fit.used],
+            fit.load[runs],
             len(fit.readings.speed),
         )
         start = dataclasses.replace(fit.components, growth=max(fit.components.growth, 0.1) if can_grow else 0.0)

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
+
+SMALLEST_SINGULAR_VALUE = 1e-6  # of bare response and weights relative to the largest one: below it planes look alike
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,23 @@ class Influence:
         )
 
 
-def plain_influence(response: ComplexArray, weights: ComplexArray, speed_of_entry: Indices, n_speed: int) -> Influence:
-    """Least squares without slopes or growth."""
+def tell_planes_apart(weights: ComplexArray) -> bool:
+    """Whether runs with these weights (n_run, n_plane) determine the bare response and all influence coefficients."""
+    regressors = np.column_stack([np.ones(len(weights)), weights / (np.max(np.abs(weights), initial=0.0) or 1.0)])
+    return bool(np.linalg.matrix_rank(regressors, tol=SMALLEST_SINGULAR_VALUE) == regressors.shape[1])
+
+
+def plain_influence(
+    response: ComplexArray, is_missing: Mask, weights: ComplexArray, speed_of_entry: Indices, n_speed: int
+) -> Influence:
+    """Least squares without slopes or growth, at each speed from the runs that have it."""
     regressors = np.column_stack([np.ones(len(weights)), weights])
     size = float(np.max(np.abs(weights), initial=0.0)) or 1.0
-    solved = np.linalg.lstsq(regressors / np.r_[1, np.full(weights.shape[1], size)], response, rcond=None)[0]
+    regressors = regressors / np.r_[1, np.full(weights.shape[1], size)]
+    solved = np.empty((regressors.shape[1], len(speed_of_entry)), dtype=complex)
+    for index in range(n_speed):
+        entries = np.flatnonzero(speed_of_entry == index)
+        runs = np.flatnonzero(~is_missing[:, entries[0]])
+        solved[:, entries] = np.linalg.lstsq(regressors[runs], response[np.ix_(runs, entries)], rcond=None)[0]
     coefficients: ComplexArray = np.concatenate([solved[:1], solved[1:] / size])
     return Influence(coefficients, np.zeros(n_speed, dtype=complex), 0j, size, speed_of_entry)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
 from ksmea.balancing.fit import NO, Asked, Fit, fitted
 from ksmea.balancing.readings import Readings
 
@@ -85,8 +85,9 @@ def run_p(fit: Fit, runs: Indices) -> Array:
     """p of each run: of its distance from what the others predict at its known weights, were that as those of the runs used.
     Runs scatter more than a normal distribution has it; the logarithms of their χ² are nearly normal, and their median and
     median deviation take no notice of a few that are wrong."""
-    used = dict(zip(fit.used.tolist(), np.log(predicted(fit).chi2)))
-    log = np.array([used[run] if run in used else np.log(_chi2(fit, run)) for run in runs.tolist()])
+    n_entry = np.sum(~fit.readings.is_missing, axis=1)
+    used = dict(zip(fit.used.tolist(), np.log(predicted(fit).chi2 / n_entry[fit.used])))
+    log = np.array([used[run] if run in used else np.log(_chi2(fit, run) / n_entry[run]) for run in runs.tolist()])
     reference = np.array(list(used.values()))
     deviation = float(scipy.stats.median_abs_deviation(reference, scale="normal"))
     return np.asarray(scipy.stats.norm.sf((log - np.median(reference)) / deviation))
@@ -124,6 +125,7 @@ def misfits_beside_channels(fit: Fit, level: float) -> list[EntryMisfit]:
     sd = 1 / np.sqrt(np.einsum("iee->ie", np.linalg.inv(prediction.covariance)).real)
     p = scipy.stats.f.sf(np.abs(ratio) ** 2, 2, 2 * min(fit.dof, TAIL_DOF))
     measured = fit.readings.response[fit.used]
+    p[fit.readings.is_missing[fit.used]] = 1.0
     return [
         EntryMisfit(
             int(fit.used[i]), int(e), float(p[i, e]), p.size, measured[i, e], measured[i, e] - ratio[i, e] * sd[i, e]
@@ -143,7 +145,7 @@ def misfits_beside_speeds(readings: Readings, level: float) -> list[EntryMisfit]
     if n_speed < FEWEST_SPEEDS:
         return []
     values = readings.response.reshape(n_run, n_speed, n_channel)
-    keep = np.ones(values.shape, dtype=bool)
+    keep = ~readings.is_missing.reshape(values.shape)
     found: list[EntryMisfit] = []
     while worst := _most_unlike(values, keep, readings.speed, level):
         run, speed, channel = np.unravel_index(worst.entry, values.shape)
@@ -152,7 +154,7 @@ def misfits_beside_speeds(readings: Readings, level: float) -> list[EntryMisfit]
     return found
 
 
-def _most_unlike(values: ComplexArray, keep: Array, speed: Array, level: float) -> EntryMisfit | None:
+def _most_unlike(values: ComplexArray, keep: Mask, speed: Array, level: float) -> EntryMisfit | None:
     """The entry, by its flat index, with the lowest p, where that is below the level over the number of tests."""
     best: EntryMisfit | None = None
     n_run, _, n_channel = values.shape

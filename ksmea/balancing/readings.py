@@ -1,17 +1,19 @@
 """Readings of a campaign for balancing: one row of complex responses per run.
 
 An *entry* is a speed and a channel; entry e = speed index · n_channel + channel index. Speeds of different runs that differ by
-less than a tolerance are one nominal speed. Repeats within a run are averaged.
+less than a tolerance are one nominal speed. Repeats within a run are averaged. A run may lack speeds that other runs have.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
+from ksmea.balancing.influence import tell_planes_apart
 from ksmea.errors import SettingError, shortened
 from ksmea.measurement.campaign import Campaign, Plane, WeightUnit
 from ksmea.measurement.channel import Channel
@@ -28,12 +30,13 @@ class Readings:
     names: tuple[str, ...]
     planes: Array  # (n_plane,) m
     weights: ComplexArray  # (n_run, n_plane) kg m
-    response: ComplexArray  # (n_run, n_entry) m
+    response: ComplexArray  # (n_run, n_entry) m; 0 if missing
+    is_missing: Mask  # (n_run, n_entry)
     speed: Array  # (n_speed,) rad/s, nominal
     channels: tuple[Channel, ...]
-    deviation: Array  # (n_run, n_speed), speed / nominal speed - 1
+    deviation: Array  # (n_run, n_speed), speed / nominal speed - 1; 0 if missing
     time: Array | None  # (n_run,) s
-    variance: Array | None  # (n_run, n_entry) m², of a mean of repeats as `sigma_um` states it
+    variance: Array | None  # (n_run, n_entry) m², of a mean of repeats as `sigma_um` states it; NaN if missing
     repeat_variance: Array | None  # (n_entry,) m², of a mean of repeats, from their scatter
     repeat_dof: int  # complex degrees of freedom of that
     remarks: tuple[str, ...]
@@ -50,23 +53,22 @@ class Readings:
         return np.flatnonzero(np.all(np.isfinite(self.weights), axis=1))
 
     @property
+    def is_complete(self) -> Mask:
+        """Whether each run (n_run,) has all speeds."""
+        return np.asarray(~np.any(self.is_missing, axis=1))
+
+    @property
     def speed_of_entry(self) -> Indices:
         return np.repeat(np.arange(len(self.speed)), len(self.channels))
 
 
-def _left_out(n: int, of: int, lacking: Mapping[str, int]) -> str:
-    """How many speeds are left out, and the runs that lack them."""
-    causes = [f"{shortened(name)} lacks {count}" for name, count in lacking.items()]
-    more = f" and {len(causes) - MOST_CAUSES} more runs lack some" if len(causes) > MOST_CAUSES else ""
-    return f"{n} of {of} speeds left out: {', '.join(causes[:MOST_CAUSES])}{more}"
-
-
 def readings(measurement: Measurement, tolerance: float) -> Readings:
-    """The runs of a campaign at the speeds that all of them have; `tolerance` is the largest relative distance of neighbours
-    that count as one nominal speed.
+    """The runs of a campaign at the speeds at which most runs with known weights tell the planes apart, or, if amplitudes alone
+    are measured, at those that all runs have; `tolerance` is the largest relative distance of neighbours that count as one
+    nominal speed.
 
     Amplitudes alone are real responses. Raises `SettingError` for amplitudes of several planes, for data without runs,
-    without weights, or without a speed that all runs share.
+    without weights, or without a common speed.
     """
     campaign = measurement.campaign
     if campaign is None or not any(run.weights for run in campaign.runs):
@@ -82,34 +84,77 @@ def readings(measurement: Measurement, tolerance: float) -> Readings:
         )
     label = _nominal(measurement.speed, tolerance)
     run = np.repeat(np.arange(len(campaign.runs)), [each.n_speed for each in campaign.runs])
-    everywhere = [v for v in range(label.max() + 1) if len(np.unique(run[label == v])) == len(campaign.runs)]
-    if not everywhere:
-        raise SettingError(
-            f"balance: expected a speed that all {len(campaign.runs)} runs share to {100 * tolerance:g} %, got none; measure"
-            " all runs at the same speeds, or raise study.speed_tolerance"
-        )
-    n_label = int(label.max()) + 1
-    lacking = {each.name: n for r, each in enumerate(campaign.runs) if (n := n_label - len(np.unique(label[run == r])))}
-    groups = [[np.flatnonzero((run == r) & (label == v)) for v in everywhere] for r in range(len(campaign.runs))]
+    weights = np.array([[_weight(campaign, r, plane) for plane in planes] for r in range(len(campaign.runs))])
+    names = tuple(each.name for each in campaign.runs)
+    has = np.zeros((len(names), int(label.max()) + 1), dtype=bool)
+    has[run, label] = True
+    is_kept = _kept(has, weights, measurement.is_amplitude)
+    _require_common_speeds(names, has[:, is_kept], tolerance)
+    groups = [[np.flatnonzero((run == r) & (label == v)) for v in np.flatnonzero(is_kept)] for r in range(len(names))]
     values = np.asarray(measurement.values, dtype=complex)
-    mean_speed = np.array([[measurement.speed[rows].mean() for rows in row] for row in groups])
-    nominal = np.median(mean_speed, axis=0)
+    mean_speed = np.array([[_mean(measurement.speed, rows) for rows in row] for row in groups])
+    nominal = np.nanmedian(mean_speed, axis=0)
     repeat_variance, dof = _repeat_variance(values, groups)
     return Readings(
-        names=tuple(each.name for each in campaign.runs),
+        names=names,
         planes=planes,
-        weights=np.array([[_weight(campaign, r, plane) for plane in planes] for r in range(len(campaign.runs))]),
-        response=np.array([np.concatenate([values[rows].mean(axis=0) for rows in row]) for row in groups]),
+        weights=weights,
+        response=np.array([np.concatenate([np.nan_to_num(_mean(values, rows)) for rows in row]) for row in groups]),
+        is_missing=np.repeat(~has[:, is_kept], len(measurement.channels), axis=1),
         speed=nominal,
         channels=measurement.channels,
-        deviation=mean_speed / nominal - 1,
+        deviation=np.nan_to_num(mean_speed / nominal - 1),
         time=None if (time := measurement.time) is None else np.array([time[np.hstack(row)].mean() for row in groups]),
         variance=_stated_variance(measurement, groups),
         repeat_variance=repeat_variance,
         repeat_dof=dof,
-        remarks=(_left_out(n_label - len(everywhere), n_label, lacking),) if lacking else (),
+        remarks=_remarks(names, has, is_kept),
         details=tuple(campaign.plane(float(position)) for position in planes),
     )
+
+
+def _kept(has: Mask, weights: ComplexArray, is_amplitude: bool) -> Mask:
+    """The speeds (n_speed,) that all runs have, or most runs with known weights and enough of them; `has` is (n_run, n_speed)."""
+    is_common = np.all(has, axis=0)
+    if is_amplitude:
+        return np.asarray(is_common)
+    known = np.all(np.isfinite(weights), axis=1)
+    most = np.sum(has[known], axis=0) > np.sum(known) / 2
+    apart = [tell_planes_apart(weights[known & own]) for own in has.T]
+    return np.asarray(is_common | (most & apart))
+
+
+def _require_common_speeds(names: Sequence[str], has: Mask, tolerance: float) -> None:
+    lacking = [name for name, own in zip(names, has) if not np.any(own)]
+    if lacking:
+        raise SettingError(
+            f"balance: expected speeds that the {len(names)} runs share to {100 * tolerance:g} %, got none of run"
+            f" {shortened(lacking[0])}; measure all runs at the same speeds, or raise study.speed_tolerance"
+        )
+
+
+def _remarks(names: Sequence[str], has: Mask, is_kept: Mask) -> tuple[str, ...]:
+    """Speeds that are left out with the runs that lack them, and runs without some of the others."""
+    found = []
+    if not np.all(is_kept):
+        causes = _lacking(names, has[:, ~is_kept])
+        found.append(f"{np.sum(~is_kept)} of {len(is_kept)} speeds left out: {causes}")
+    if not np.all(has[:, is_kept]):
+        found.append(
+            f"of {np.sum(is_kept)} speeds some runs lack a few and are fitted at theirs: {_lacking(names, has[:, is_kept])}"
+        )
+    return tuple(found)
+
+
+def _lacking(names: Sequence[str], has: Mask) -> str:
+    causes = [f"{shortened(name)} lacks {np.sum(~own)}" for name, own in zip(names, has) if not np.all(own)]
+    more = f" and {len(causes) - MOST_CAUSES} more runs lack some" if len(causes) > MOST_CAUSES else ""
+    return f"{', '.join(causes[:MOST_CAUSES])}{more}"
+
+
+def _mean(values: ComplexArray | Array, rows: Indices) -> Any:
+    """Mean over rows; NaN of none."""
+    return values[rows].mean(axis=0) if len(rows) else np.full(values.shape[1:], np.nan)
 
 
 def _nominal(speed: Array, tolerance: float) -> Indices:
@@ -142,11 +187,13 @@ def _weight(campaign: Campaign, run: int, plane: float) -> complex:
 
 
 def _repeat_variance(values: ComplexArray, groups: Sequence[Sequence[Indices]]) -> tuple[Array | None, int]:
-    """Variance (n_entry,) of the mean of a run's repeats, pooled over runs, and its degrees of freedom per entry."""
+    """Variance (n_entry,) of the mean of a run's repeats, pooled over runs with all speeds, and its degrees of freedom per
+    entry."""
     squares, dof, n_repeat = [], 0, []
     for row in groups:
         n = min(len(rows) for rows in row)
-        n_repeat.append(n)
+        if n > 0:
+            n_repeat.append(n)
         if n > 1:
             dof += n - 1
             parts = [values[rows[:n]] for rows in row]
@@ -158,4 +205,4 @@ def _stated_variance(measurement: Measurement, groups: Sequence[Sequence[Indices
     if measurement.noise is None or not measurement.has_noise:
         return None
     variance = measurement.noise.variance(np.abs(measurement.values))
-    return np.array([np.concatenate([variance[rows].mean(axis=0) / len(rows) for rows in row]) for row in groups])
+    return np.array([np.concatenate([_mean(variance, rows) / max(len(rows), 1) for rows in row]) for row in groups])

@@ -11,13 +11,14 @@ from ksmea.balancing.correction import least_squares
 from ksmea.balancing.estimation import polar_interval
 from ksmea.balancing.fit import Asked, fitted
 from ksmea.balancing.influence import Influence
-from ksmea.balancing.misfits import misfits_beside_speeds, predicted
+from ksmea.balancing.misfits import misfits_beside_speeds, predicted, run_p
 from ksmea.balancing.readings import readings
 from ksmea.balancing.variance import Components, RestrictedLikelihood, _factors, _packed
 from ksmea.errors import SettingError
-from ksmea.measurement.campaign import UnknownWeight
+from ksmea.measurement.campaign import Campaign, UnknownWeight
 from ksmea.measurement.noise import Noise
 from ksmea.studies.balance import BalanceOptions, balance
+from ksmea.units import RPM
 
 SPEED = [1000.0, 1200.0]
 TRIALS = [("bare", {}), ("one", {PLANES[0]: 30.0}), ("two", {PLANES[1]: 20j})]
@@ -213,7 +214,7 @@ def test_sizes_and_angles_of_a_region():
     [
         (lambda m: dataclasses.replace(m, values=np.abs(m.values)), "amplitudes alone"),
         (lambda m: dataclasses.replace(m, campaign=None), "expected a campaign"),
-        (lambda m: m.part(np.arange(4)), "expected a speed that all 3 runs share"),
+        (lambda m: m.part(np.arange(4)), "expected speeds that the 3 runs share"),
         (lambda m: dataclasses.replace(m, campaign=two_runs(m.campaign)), "tell 2 planes and the bare rotor apart"),
     ],
 )
@@ -221,6 +222,61 @@ def test_what_cannot_be_balanced_is_refused(change, said):
     measurement, _, _ = job(np.random.default_rng(11))
     with pytest.raises(SettingError, match=said):
         ksmea.balance(change(measurement))
+
+
+def lacking(measurement, name, speed):
+    """A campaign of which one run has not been measured at a speed, rpm."""
+    runs = measurement.campaign.runs
+    of_row = np.repeat([run.name for run in runs], [run.n_speed for run in runs])
+    is_kept = ~((of_row == name) & np.isclose(measurement.speed, speed * RPM))
+    fewer = tuple(dataclasses.replace(run, n_speed=int(np.sum(is_kept[of_row == run.name]))) for run in runs)
+    values, speeds = measurement.values[is_kept], measurement.speed[is_kept]
+    return dataclasses.replace(measurement, speed=speeds, values=values, campaign=Campaign(fewer))
+
+
+def test_a_speed_that_one_run_lacks_is_fitted_from_the_others():
+    """Entries of equal spread, uncorrelated: at each speed ordinary least squares of the runs that have it."""
+    rng = np.random.default_rng(13)
+    runs = [*TRIALS, ("check", {PLANES[0]: 10 - 4j, PLANES[1]: 8j}), ("again", {})]
+    whole, _, _ = job(rng, runs, noise=0.1)
+    data = readings(lacking(whole, "check", SPEED[1]), 0.01)
+    assert data.remarks == ("of 2 speeds some runs lack a few and are fitted at theirs: check lacks 1",)
+    fit = fitted(data, data.is_known, Asked())
+    regressors = np.column_stack([np.ones(5), data.weights])
+    for entry in range(4):
+        own = [0, 1, 2, 3, 4] if entry < 2 else [0, 1, 2, 4]
+        expected = np.linalg.lstsq(regressors[own] / [1, 1e-5, 1e-5], data.response[own, entry], rcond=None)[0]
+        found = (fit.influence.coefficients + fit.solution.step[:12].reshape(3, 4))[:, entry]
+        np.testing.assert_allclose(found, expected / [1, 1e-5, 1e-5], rtol=1e-8)
+    assert fit.dof == 5 * 4 - 2 - 3 * 4
+
+
+def test_an_unknown_weight_is_estimated_at_the_speeds_of_its_run():
+    rng = np.random.default_rng(14)
+    unknown = {PLANES[0]: 12 - 5j, PLANES[1]: 3j}
+    bare, planes = machine(rng)
+    runs = [(name, on, made(bare, planes, on)) for name, on in TRIALS]
+    runs.append(("lost", dict.fromkeys(PLANES, UNKNOWN), made(bare, planes, unknown)))
+    found = ksmea.balance(lacking(campaign(runs, SPEED), "lost", SPEED[0]))
+    sizes = [each.weight.size * np.exp(1j * np.radians(each.weight.angle)) for each in found.record.weights]
+    np.testing.assert_allclose(sizes, list(unknown.values()), rtol=1e-6)
+
+
+def test_with_many_runs_a_speed_that_one_lacks_is_kept():
+    """The covariance comes from the runs with all speeds; a run with one of two adds what it has."""
+    rng = np.random.default_rng(15)
+    runs = [(f"r{n}", {PLANES[n % 2]: complex(*rng.standard_normal(2)) * 20}) for n in range(24)]
+    whole, bare, planes = job(rng, runs, noise=0.05)
+    short = lacking(lacking(whole, "r3", SPEED[1]), "r8", SPEED[0])
+    one, other = (fitted(each, each.is_known, Asked()) for each in (readings(whole, 0.01), readings(short, 0.01)))
+    assert other.is_free and not one.readings.remarks and len(other.readings.speed) == 2
+    truth = np.vstack([bare * 1e-6, planes])
+    errors = [np.abs(fit.influence.coefficients - truth) for fit in (one, other)]
+    sd = np.sqrt(np.diag(other.coefficient_covariance).real).reshape(3, 4)
+    assert np.all(errors[1] < 4 * sd) and np.allclose(
+        sd, np.sqrt(np.diag(one.coefficient_covariance).real).reshape(3, 4), rtol=0.3
+    )
+    assert len(run_p(other, other.used)) == 24 and np.all(np.isfinite(predicted(other).chi2))
 
 
 def test_a_drift_that_the_runs_cannot_show_is_refused():
