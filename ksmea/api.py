@@ -7,10 +7,11 @@ channels, or the two are refused.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -56,6 +57,23 @@ from ksmea.units import MICROMETRE
 Seed = int | np.random.Generator
 
 
+Studied = TypeVar("Studied", bound=Callable[..., Any])
+
+
+def _seeded_by_rng(function: Studied) -> Studied:
+    """The function, which says that a seed is given as `rng` here."""
+
+    @wraps(function)
+    def called(*arguments: Any, **settings: Any) -> Any:
+        if "seed" in settings:
+            raise SettingError(
+                f"seed: expected a seed as rng, got seed={settings['seed']!r}; write rng={settings['seed']!r}"
+            )
+        return function(*arguments, **settings)
+
+    return cast(Studied, called)
+
+
 def read_measurement(path: str | Path, **settings: Any) -> Measurement:
     """A measured run from a CSV file (`measurements/file.py` has its columns): `incomplete="drop"`, `speed_from=…`; from a
     file of an instrument with `format="system1"` and what it leaves open (docs/own_data.md); or several runs of one machine from the YAML file that describes them (`measurements/campaign.py`).
@@ -82,6 +100,7 @@ class SyntheticData:
     hidden: tuple[HiddenEffect, ...]
 
 
+@_seeded_by_rng
 @one_blas_thread
 def synthetic_measurement(
     problem: LoadedProblem,
@@ -119,6 +138,7 @@ def synthetic_measurement(
 Data = Measurement | SyntheticData
 
 
+@_seeded_by_rng
 @one_blas_thread
 def identify(
     problem: LoadedProblem | Problem,
@@ -172,6 +192,7 @@ def identify(
     return IdentificationResult(record)
 
 
+@_seeded_by_rng
 @one_blas_thread
 def identifiability(
     problem: LoadedProblem,
@@ -205,6 +226,7 @@ def identifiability(
     return IdentifiabilityResult(identifiability_study(point, options))
 
 
+@_seeded_by_rng
 @one_blas_thread
 def plan(
     problem: LoadedProblem,
@@ -236,6 +258,7 @@ def plan(
     return PlanResult(planning_study(point, options))
 
 
+@_seeded_by_rng
 @one_blas_thread
 def diagnose(
     problem: LoadedProblem,
@@ -270,6 +293,7 @@ def diagnose(
     return DiagnosisResult(record, extended_yaml(problem.name, _own(problem), record, about_extension(record)))
 
 
+@_seeded_by_rng
 @one_blas_thread
 def locate(
     problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0, workers: int = 1, **settings: Any
@@ -297,6 +321,7 @@ def locate(
     return LocationResult(record, located_yaml(problem.name, _own(problem), record, about_law(record)))
 
 
+@_seeded_by_rng
 @one_blas_thread
 def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResult:
     """Influence coefficients, unknown weights and correction weights of a campaign, without a model of the rotor.
@@ -362,7 +387,12 @@ def _measurement(data: Data) -> Measurement:
 
 
 def _case(problem: LoadedProblem | Problem, data: Data) -> Case:
-    return Case.of(problem.problem if isinstance(problem, LoadedProblem) else problem, _measurement(data))
+    found = problem.problem if isinstance(problem, LoadedProblem) else problem
+    if not isinstance(found, Problem):
+        raise SettingError(
+            f"problem: expected one of ksmea.load_problem or a ksmea.Problem, got {type(found).__name__}"
+        )
+    return Case.of(found, _measurement(data))
 
 
 def _plugin(group: str, chosen: str | Surrogate | Optimizer) -> Any:

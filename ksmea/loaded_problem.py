@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, SupportsFloat
 
 import numpy as np
+import pandas as pd
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError, unknown
@@ -21,11 +22,14 @@ from ksmea.measurement.channel import Channel
 from ksmea.numerics.one_thread import one_blas_thread
 from ksmea.plugins import registry
 from ksmea.plugins.source import ProblemSettings
+from ksmea.problem.counted import Model
 from ksmea.problem.parameters import PHASE_ORIGIN, Parameter, Parameters, middles
 from ksmea.problem.problem import Problem
+from ksmea.results import IdentificationResult
 from ksmea.rotor_drawing import RotorDrawing
 from ksmea.rotordynamics.whirl import Campbell, Mode
 from ksmea.studies.rotordynamics import RotordynamicsOptions, rotordynamics
+from ksmea.units import DEGREE, MICROMETRE, RPM
 
 YAML = (".yaml", ".yml")
 HEAD = ("unknown", "unit", "lower limit", "upper limit", "published")
@@ -120,11 +124,54 @@ class LoadedProblem:
 
         `speed` (rad/s) and `channels` are the problem's own if they are not given.
         """
-        problem = self.problem
-        if speed is not None or channels is not None:
-            problem = problem.at(self.speed if speed is None else np.asarray(speed, float), channels or self.channels)
-        response: ComplexArray = problem.response(self.x(values)[None])[0]
+        response: ComplexArray = self._seen(speed, channels).response(self.x(values)[None])[0]
         return response
+
+    def prediction(
+        self,
+        found: IdentificationResult,
+        *,
+        speed: Array | None = None,
+        channels: Sequence[Channel] | None = None,
+    ) -> pd.DataFrame:
+        """The response at identified values by speed and channel, with its standard deviations: amplitude (µm 0-peak) and phase
+        lead (degrees), to first order in the covariance of the values. The noise of a further reading is not part of them.
+
+        `SettingError` if an interval is open or missing.
+        """
+        names, of_found = self.parameters.names, list(found)
+        covariance = found.record.covariance
+        if covariance is None or not set(names) <= set(of_found):
+            raise SettingError(
+                f"prediction: expected an identification with a closed interval of each of {', '.join(names)}, got others;"
+                " measure more, or take response(found) for the values alone"
+            )
+        problem = self._seen(speed, channels)
+        own = [of_found.index(name) for name in names]
+        of_cube = covariance[np.ix_(own, own)] / np.outer(self.parameters.width, self.parameters.width)
+        response, sensitivity = Model(problem).linearise(self.parameters.to_cube(self.x(found)))
+        relative = sensitivity / response[..., None]  # of ln amplitude and, imaginary, of the phase
+        log_sd, phase_sd = (
+            np.sqrt(np.einsum("vci,ij,vcj->vc", part, of_cube, part)) for part in (relative.real, relative.imag)
+        )
+        amplitude = np.abs(response) / MICROMETRE
+        columns = {
+            "speed_rpm": problem.speed[:, None] / RPM,
+            "channel": np.array([str(channel) for channel in problem.channels], dtype=object),
+            "amplitude_um_0pk": amplitude,
+            "amplitude_sd_um": amplitude * log_sd,
+            "phase_lead_deg": np.angle(response) / DEGREE,
+            "phase_sd_deg": phase_sd / DEGREE,
+        }
+        return pd.DataFrame({name: np.broadcast_to(each, response.shape).ravel() for name, each in columns.items()})
+
+    def _seen(self, speed: Array | None, channels: Sequence[Channel] | None) -> Problem:
+        """The problem at other speeds (rad/s) or channels; at its own if not given."""
+        if speed is None and channels is None:
+            return self.problem
+        return self.problem.at(
+            self.speed if speed is None else np.asarray(speed, float), tuple(channels or self.channels)
+        )
 
     def critical_speeds(
         self, values: Mapping[str, SupportsFloat] | None = None, *, highest: float | None = None

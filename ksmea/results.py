@@ -114,6 +114,11 @@ class IdentificationResult(Result[IdentificationRecord], Mapping[str, Value]):
     def to_frame(self) -> pd.DataFrame:
         return identification_text.frame(self.record)
 
+    def residuals(self) -> pd.DataFrame:
+        """Data and fitted response by speed and channel, µm 0-peak and degrees, with the residual in standard deviations of the
+        noise: of the amplitude, or along the fitted response and a quarter turn ahead of it. `SettingError` without a fit."""
+        return identification_text.residual_frame(self.record)
+
     def influence(self) -> pd.DataFrame | None:
         """Influence coefficients of the planes of a campaign with weights; None of other data."""
         return None if self.record.weights is None else weights_text.influence_frame(self.record.weights)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 import ksmea
 from ksmea.errors import SettingError
+from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.location import LocationRecord
@@ -148,7 +149,91 @@ def test_the_truth_stays_beside_the_measurement(rotor):
     assert change > 0.1 * np.hypot(*vector.values()) and len(x) == 5
 
 
+# -- data as tables --
+
+
+def test_a_table_of_data_is_the_file_of_them(data, tmp_path):
+    path = tmp_path / "run.csv"
+    data.measurement.to_frame().to_csv(path, index=False)
+    again = ksmea.read_measurement(path)
+    np.testing.assert_allclose(again.values, data.measurement.values, rtol=1e-12)
+    np.testing.assert_allclose(again.speed, data.measurement.speed, rtol=1e-12)
+    assert again.channels == data.measurement.channels
+
+
+def test_data_print_in_a_line(data):
+    assert repr(data.measurement) == (
+        "<Measurement synthetic: 53 speeds from 1910 to 14324 rpm, complex at x at 0.1 m, y at 0.1 m, x at 0.5 m, y at 0.5 m>"
+    )
+    assert "<table" in data.measurement._repr_html_() and "&lt;" not in data.measurement._repr_html_()
+    assert "part(" not in repr(data.measurement.part(np.arange(0))) and "0 speeds" in repr(
+        data.measurement.part(np.arange(0))
+    )
+
+
 # -- results --
+
+
+def test_residuals_are_in_standard_deviations_of_the_noise(rotor):
+    """Of known noise at the fit of a right model: chi-squared with n - d degrees of freedom, within four standard deviations."""
+    made = ksmea.synthetic_measurement(rotor, kind="complex", rng=2, **NOISE)
+    table = ksmea.identify(rotor, made, **FAST).residuals()
+    parts = table[["residual_in_phase_sd", "residual_in_quadrature_sd"]].to_numpy()
+    n = parts.size - 5
+    assert np.sum(parts**2) == pytest.approx(n, abs=4 * np.sqrt(2 * n))
+    change = table["measured_um_0pk"] * np.exp(1j * np.radians(table["measured_lead_deg"]))
+    np.testing.assert_allclose(change, made.measurement.values.ravel() * 1e6, rtol=1e-6)
+
+
+def test_a_prediction_scatters_as_values_of_the_covariance_do(rotor, found):
+    """2000 draws: a standard deviation is known to 1.6 %, and responses are nearly linear within the intervals."""
+    speed = np.array([300.0, 800.0])
+    table = rotor.prediction(found, speed=speed)
+    names = list(found)
+    drawn = np.random.default_rng(3).multivariate_normal(found.record.values, found.record.covariance, 2000)
+    units = {name: item.si_per_unit for name, item in zip(names, found.record.parameters)}
+    responses = np.array(
+        [rotor.response({name: value / units[name] for name, value in zip(names, x)}, speed=speed) for x in drawn]
+    ).reshape(2000, -1)
+    np.testing.assert_allclose(table["amplitude_sd_um"], 1e6 * np.std(np.abs(responses), axis=0), rtol=0.1)
+    turned = np.angle(responses / np.mean(responses, axis=0), deg=True)
+    np.testing.assert_allclose(table["phase_sd_deg"], np.std(turned, axis=0), rtol=0.1)
+
+
+def test_a_prediction_needs_closed_intervals(rotor, data):
+    plain = ksmea.identify(rotor, data, intervals="none", **FAST)
+    with pytest.raises(SettingError, match="expected an identification with a closed interval"):
+        rotor.prediction(plain)
+
+
+class Spring(ksmea.Problem):
+    """One mass on a spring and a damper, seen at its own speeds alone."""
+
+    def __init__(self):
+        self.parameters = Parameters((Parameter("k", "N/m", 1.0, 1.0, 100.0), Parameter("c", "N s/m", 1.0, 0.01, 1.0)))
+        self.speed, self.channels = np.linspace(1.0, 10.0, 30), (ksmea.Channel(0.0, "x"),)
+
+    def response(self, x):
+        k, c = x[:, 0, None], x[:, 1, None]
+        return (1e-3 * self.speed**2 / (k - self.speed**2 + 1j * c * self.speed))[:, :, None]
+
+
+def test_a_problem_that_is_no_rotor():
+    spring = Spring()
+    values = spring.response(np.array([[30.0, 0.3]]))[0]
+    noise = 0.03 * np.random.default_rng(0).standard_normal((*values.shape, 2)) @ np.array([1, 1j])
+    made = ksmea.Measurement(spring.speed, spring.channels, values * (1 + noise), None, "made")
+    found = ksmea.identify(spring, made)
+    assert found["k"].low < 30 < found["k"].high and len(found.residuals()) == 30
+    with pytest.raises(SettingError, match="problem that effects can act on, got one on which none of"):
+        ksmea.diagnose(spring, made)
+    with pytest.raises(SettingError, match=r"expected one of ksmea\.load_problem or a ksmea\.Problem, got str"):
+        ksmea.identify("three_disk", made)
+
+
+def test_a_seed_is_given_as_rng(rotor, data):
+    with pytest.raises(SettingError, match="write rng=3"):
+        ksmea.identify(rotor, data, seed=3)
 
 
 def test_an_identification_holds_the_truth_in_its_intervals(found):

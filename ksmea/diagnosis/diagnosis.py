@@ -52,6 +52,7 @@ from ksmea.diagnosis.trials import (
     ranked_explanations,
     refined,
 )
+from ksmea.errors import SettingError
 from ksmea.fits.fitting import BaselineFits, Fit, fit_baseline, polished, settled
 from ksmea.fits.joint_fit import joint_baseline
 from ksmea.fits.lack_of_fit import (
@@ -144,7 +145,7 @@ def diagnose(
     """
     found, left_out = candidates_and_left_out(case.problem.joint, effects)
     if effects and not found:
-        raise ValueError(f"diagnosis: {none_located(effects)}")
+        raise SettingError(none_located(effects))
     baseline = baseline or joint_baseline(fit_baseline(case, search))
     search.workers.progress()
 

@@ -40,6 +40,7 @@ from ksmea.numerics.parallel import Workers
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.problem import Problem
 
+MOST_LISTED = 10  # effects that an error names
 TIE = 0.1  # of ΔBIC: trials that are as near as this go by name, so that rounding chooses no first one
 FAR = 50.0  # above the deviance of the most promising trial: fits that end there are no rivals, and need no end
 
@@ -110,6 +111,11 @@ def candidates_and_left_out(
 
 def none_located(effects: Mapping[str, AnyEffect]) -> str:
     """Error text for effects without any location."""
+    if len(effects) > MOST_LISTED:
+        return (
+            f"expected a problem that effects can act on, got one on which none of {len(effects)} can; take one that is made of a rotor,"
+            " or give effects of its own"
+        )
     advice = "; ".join(dict.fromkeys(effect.if_nowhere for effect in effects.values()))
     return f"expected effects that this problem has a location for and does not have already, got {', '.join(effects)}; {advice}"
 

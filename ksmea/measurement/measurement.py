@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +18,10 @@ from ksmea.measurement.noise import Noise
 from ksmea.measurement.notation import Notation
 from ksmea.measurement.observable import Observable
 from ksmea.measurement.speeds import SpeedHistory
+from ksmea.units import RPM
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 OBSERVABLES = tuple(observable.value for observable in Observable)
 KINDS = OBSERVABLES  # name in plugins, for one release
@@ -56,7 +62,7 @@ class Layout:
         return self.kind == "complex" and not self.phase_known
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Measurement:
     """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s).
 
@@ -107,6 +113,23 @@ class Measurement:
             raise SettingError(
                 "measurement: expected finite values, got NaN or infinity; remove those speeds or channels"
             )
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row for each speed and channel, with the columns of a measurement file: rpm, µm 0-peak, degrees."""
+        from ksmea.measurement.frame import measurement_frame
+
+        return measurement_frame(self)
+
+    def __repr__(self) -> str:
+        ends = f" from {min(self.speed) / RPM:.0f} to {max(self.speed) / RPM:.0f} rpm" if len(self.speed) else ""
+        channels = ", ".join(map(str, self.channels))
+        runs = f"{len(self.campaign.runs)} runs, " if self.campaign else ""
+        return f"<Measurement {self.source}: {runs}{len(self.speed)} speeds{ends}, {self.kind} at {channels}>"
+
+    def _repr_html_(self) -> str:
+        return (
+            f"<p>{escape(repr(self)[1:-1])}</p>{self.to_frame().to_html(index=False, max_rows=10, float_format='%.4g')}"
+        )
 
     def by_run(self, noise: Noise) -> tuple[tuple[str, float, float], ...]:
         """Name, relative part and floor (m) of each run, of noise that has levels of its own for each."""

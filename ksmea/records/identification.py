@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from statistics import NormalDist
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -224,6 +225,20 @@ class IdentificationRecord(Record):
     def values(self) -> Array:
         """Reported values (d,) SI: the most likely ones if they are known, else the method's."""
         return np.array([parameter.value for parameter in self.parameters])
+
+    @property
+    def covariance(self) -> Array | None:
+        """Covariance (d, d) SI of the estimates, from half the width of their intervals and their correlation; None if an
+        interval is open or missing, or the data cannot tell."""
+        if self.intervals is None or self.correlation is None:
+            return None
+        ends = [(part.low, part.high) for part in self.parameters if part.low is not None and part.high is not None]
+        correlation = np.array(self.correlation, dtype=float)
+        if len(ends) < len(self.parameters) or not np.all(np.isfinite(correlation)):
+            return None
+        half_width = np.array([(high - low) / 2 for low, high in ends])
+        sd = half_width / NormalDist().inv_cdf((1 + self.intervals.level) / 2)
+        return np.asarray(correlation * np.outer(sd, sd))
 
     @property
     def stage(self) -> str:

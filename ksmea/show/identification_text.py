@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -33,7 +34,7 @@ from ksmea.show.text import (
     two_digits,
     value_and_ends,
 )
-from ksmea.units import MICROMETRE
+from ksmea.units import DEGREE, MICROMETRE
 
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
 COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limit", "search_end")
@@ -49,6 +50,26 @@ def text(record: IdentificationRecord, title: str = "") -> str:
 
 def _why_without(found: LocationRecord) -> list[str]:
     return [] if found.force is None else [location_text.why_without("those identified")]
+
+
+def residual_frame(record: IdentificationRecord) -> pd.DataFrame:
+    """A row per speed and channel: data and fitted response (µm 0-peak, degrees of lead), residuals in standard deviations of the
+    noise. Raises `SettingError` if the record has no fit."""
+    if record.fit is None:
+        raise SettingError("residuals: expected an identification with its fit, got a record without; identify again")
+    response = of_fit(record.fit)
+    columns: dict[str, Any] = {
+        "speed_rpm": response.speed[:, None],
+        "channel": np.array(response.channels, dtype=object),
+    }
+    for name, values in (("measured", response.measured), ("fitted", response.at_speeds["fitted"])):
+        columns[f"{name}_um_0pk"] = np.abs(values)
+        if response.has_phase:
+            columns[f"{name}_lead_deg"] = np.angle(values) / DEGREE
+    for part, residuals in response.residuals.get("fitted", {}).items():
+        columns[f"residual_{part.replace(' ', '_')}_sd"] = residuals
+    shape = response.measured.shape
+    return pd.DataFrame({name: np.broadcast_to(each, shape).ravel() for name, each in columns.items()})
 
 
 def frame(record: IdentificationRecord) -> pd.DataFrame:

@@ -12,6 +12,7 @@ import dataclasses
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import SettingError
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.measurement import Layout, Measurement
@@ -46,9 +47,13 @@ def fit_curves(case: Case, x: Array, noise: Noise | None) -> FitCurves:
 
 
 def fine_curve(case: Case, x: Array) -> FineCurve:
-    """The response at x (d,) SI at as many speeds in the band of each run as a figure needs, with phases where data have any."""
-    layout = fine_layout(case, x)
-    return _curve(layout, aligned(case.problem, layout).response(x[None])[0])
+    """The response at x (d,) SI at as many speeds in the band of each run as a figure needs, with phases if data have any; at
+    the measured speeds of a problem that has no response elsewhere."""
+    try:
+        layout = fine_layout(case, x)
+        return _curve(layout, aligned(case.problem, layout).response(x[None])[0])
+    except SettingError:
+        return _curve(case.measurement.layout, case.problem.response(x[None])[0])
 
 
 def _curve(layout: Layout, response: ComplexArray) -> FineCurve:

@@ -237,7 +237,7 @@ def test_a_location_that_is_not_certain_is_said_to_be(rotor):
 
 
 def test_effects_of_which_none_has_a_place_are_refused(rotor, hide):
-    with pytest.raises(ValueError, match="expected effects"):
+    with pytest.raises(SettingError, match="expected effects"):
         diagnose(Case(rotor, hide(None, 0)[0]), {"local_force": LocalForce()}, Search(np.random.default_rng(0)))
 
 
