@@ -30,7 +30,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksmea.diagnosis.equivalents import alone_in_place_of, pairs_in_place_of
-from ksmea.diagnosis.exchange import exchanged
+from ksmea.diagnosis.exchange import exchanged, exchanged_once
 from ksmea.diagnosis.explained import Explained, by_weight, led_by, with_near
 from ksmea.diagnosis.further_measurement import Split, best_split
 from ksmea.diagnosis.kin import with_kin
@@ -51,6 +51,7 @@ from ksmea.diagnosis.trials import (
     none_located,
     ranked_explanations,
     refined,
+    trial_of,
 )
 from ksmea.errors import SettingError
 from ksmea.fits.fitting import BaselineFits, Fit, fit_baseline, polished, settled
@@ -181,6 +182,7 @@ class _State:
     cosines: Cosines = field(default_factory=dict)
     led_by: Trial | None = None
     explained: Explained | None = None
+    is_explained: bool = False  # the residuals of the best effect look like noise
 
     @property
     def level(self) -> float:
@@ -204,14 +206,25 @@ class _State:
 def _last_state(
     baseline: BaselineFits, found: Sequence[Candidate], search: Search, criteria: Criteria, locate: Locate | None
 ) -> _State:
-    """The state after all steps, which start again from any better fit of the baseline model that one of them finds."""
+    """The state after all steps. They start again from any better fit of the baseline model that one of them finds, unless the best
+    effect explains the data already."""
     quality, trials = fit_quality(baseline.best, search.rng), fitted(baseline.best, found, search)
     state = _State(criteria, tuple(found), baseline, quality, tuple(trials), locate)
     for step in (_moved, _refined, _moved, _settled, _collinear, _rivals_tested, _explained, _collinear):
         state = step(state, search)
-        if state.baseline is not baseline:
+        if state.baseline is not baseline and not state.is_explained:
             return _last_state(state.baseline, found, search, criteria, locate)
+        if state.baseline is not baseline:
+            state, baseline = _rebased(state, search), state.baseline
     return state
+
+
+def _rebased(state: _State, search: Search) -> _State:
+    """The trials compared with a better fit of the baseline model, and fitted from the unknowns of the best effect too."""
+    without, n = state.baseline.best, len(state.trials)
+    trials = [trial_of(trial.candidate, trial.fit, without, n) for trial in state.trials]
+    trials = exchanged_once(trials, trials[:1], state.baseline, search, is_first=False)
+    return dataclasses.replace(state, quality=fit_quality(without, search.rng), trials=tuple(trials))
 
 
 def _moved(state: _State, search: Search) -> _State:
@@ -234,10 +247,12 @@ def _refined(state: _State, search: Search) -> _State:
     is_scanned = any(trial.deviance_drop > NEARBY for trial in state.trials)
     first = search.with_effort(search.effort.of_first_scans, is_scanned=is_scanned)
     found = refined(state.trials, state.baseline, first)
-    if found and not _looks_like_noise(fit_quality(polished(found[0].fit), search.rng), state.level):
+    is_explained = bool(found) and _looks_like_noise(fit_quality(polished(found[0].fit), search.rng), state.level)
+    if found and not is_explained:
         found = refined(found, state.baseline, search.with_effort(search.effort, from_force=False))
         found = exchanged(found, state.baseline, search)
-    return dataclasses.replace(state, trials=tuple(with_kin(found, state.level, state.baseline.best, search)))
+    trials = with_kin(found, state.level, state.baseline.best, search)
+    return dataclasses.replace(state, trials=tuple(trials), is_explained=is_explained)
 
 
 def _looks_like_noise(quality: FitQuality, level: float) -> bool:
@@ -249,7 +264,7 @@ def _settled(state: _State, search: Search) -> _State:
     """The baseline fit with its intervals; the better one that profiles meet, if they meet any."""
     fit, estimated = settled(state.baseline.best, state.criteria.interval_level, search.workers)
     if fit.deviance < state.baseline.best.deviance - LOWER:
-        return dataclasses.replace(state, baseline=state.baseline.under(fit))
+        return dataclasses.replace(state, baseline=state.baseline.under(fit), settled=(fit, estimated))
     return dataclasses.replace(state, settled=(fit, estimated))
 
 

@@ -24,21 +24,27 @@ EXCHANGED = 6  # effects whose unknowns the fits of all others start from
 
 def exchanged(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
     """The trials, each fitted from the unknowns of the best other ones, until that improves none of the best."""
-    found = list(trials)
+    found, tried = list(trials), dict[tuple[str, str], float]()
     for number in range(MAX_EXCHANGES):
-        drops = {(trial.name, trial.location): trial.deviance_drop for trial in found}
-        found = exchanged_once(found, baseline, search, is_first=number == 0)
-        if all(trial.deviance_drop < drops[trial.name, trial.location] + BETTER for trial in found[:EXCHANGED]):
+        leads = list(best_by_name(found).values())[:EXCHANGED]
+        better = [lead for lead in leads if lead.fit.deviance < tried.get(_key(lead), np.inf) - BETTER]
+        if not better:
             break
+        tried |= {_key(lead): lead.fit.deviance for lead in better}
+        found = exchanged_once(found, better, baseline, search, is_first=number == 0)
     return found
 
 
+def _key(trial: Trial) -> tuple[str, str]:
+    return trial.name, trial.location
+
+
 def exchanged_once(
-    trials: Sequence[Trial], baseline: BaselineFits, search: Search, is_first: bool = True
+    trials: Sequence[Trial], leads: Sequence[Trial], baseline: BaselineFits, search: Search, is_first: bool = True
 ) -> list[Trial]:
-    """The trials, each with the better of its fit and further ones to the end, from the unknowns that the best `EXCHANGED` effects
-    have, and in a first exchange those of these effects from a screening by variable projection. A trial whose response may jump only if it is a rival."""
-    leads = list(best_by_name(trials).values())[:EXCHANGED]
+    """The trials, each with the better of its fit and further ones to the end, from the unknowns of the leads among them, and in a
+    first exchange those of these effects from a screening by variable projection. A fit that cannot come within
+    `FAR` of the best one is left on its way, and a trial whose response may jump is fitted only if it is a rival."""
     starts = [trial.fit for trial in leads]
     ceiling = min(trial.fit.deviance for trial in trials) + FAR
 
@@ -46,9 +52,11 @@ def exchanged_once(
         jumps = trial.fit.problem.parameters.makes_jumps
         if jumps and trial.fit.deviance > ceiling:
             return trial
-        fit, without = finished(trial.fit), baseline.best
+        fit, without = finished(trial.fit, ceiling), baseline.best
         with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
-            other = stable_fit(fit_from(fit, starts, baseline, search.effort), start_nearby(fit.problem, without))
+            other = stable_fit(
+                fit_from(fit, starts, baseline, search.effort, below=ceiling), start_nearby(fit.problem, without)
+            )
             further = _by_projection(fit, without, search.effort) if is_first and trial in leads and not jumps else []
             fit = min(fit, other, *further, key=lambda each: each.deviance)
         return trial_of(trial.candidate, fit, without, len(trials))

@@ -172,9 +172,9 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
     return distinct(likelihood, [point if point is known else _polished(likelihood, point) for point in likely])
 
 
-def finished(fit: Fit) -> Fit:
-    """A fit that was left before its end, gone on with to where fits of trials end."""
-    return Fit(fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=_end(fit)))
+def finished(fit: Fit, below: float = np.inf) -> Fit:
+    """A fit that was left before its end, gone on with to where fits of trials end, if that can be `below` a deviance."""
+    return Fit(fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=_end(fit), ceiling=below))
 
 
 def _end(fit: Fit) -> float:
@@ -262,9 +262,17 @@ def fit_from_points(case: Case, points: Array, effort: Effort, ceiling: float, b
     return Fit(likelihood, maxima_from(likelihood, starts, effort, ceiling, below)[0])
 
 
-def fit_from(fit: Fit, starts: Sequence[Fit], baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
+def fit_from(
+    fit: Fit,
+    starts: Sequence[Fit],
+    baseline: BaselineFits,
+    effort: Effort,
+    ceiling: float = np.inf,
+    below: float = np.inf,
+) -> Fit:
     """The better of a fit and further ones of its problem, from where other fits have the baseline model's unknowns, without
-    any effect: from those of them that are not taken to lie in the valley of the fit."""
+    any effect: from those of them that are not taken to lie in the valley of the fit. Searches that cannot come `below` a deviance are
+    left on their way, all after the first iterations if these lead nowhere below `ceiling`."""
     likelihood, d = fit.likelihood, baseline.best.likelihood.d
     zero = without_effects(fit.problem, d)
     noise = fit.point.theta[len(fit.u) :]
@@ -273,7 +281,7 @@ def fit_from(fit: Fit, starts: Sequence[Fit], baseline: BaselineFits, effort: Ef
     if not others:
         return fit
     points = [likelihood.start(u) for u in others]
-    found = Fit(likelihood, maxima_from(likelihood, points, effort, ceiling, fit.deviance)[0])
+    found = Fit(likelihood, maxima_from(likelihood, points, effort, ceiling, min(below, fit.deviance))[0])
     return min(fit, found, key=lambda each: each.deviance)
 
 
