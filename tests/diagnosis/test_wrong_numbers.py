@@ -125,7 +125,7 @@ def test_a_slow_roll_of_each_probe_is_runout_with_a_vector_for_each():
 def test_probes_on_housings_are_located_nowhere():
     """Probes that are stated to look at the shaft from the ground and move with the bearings' housings: forces at many places do as
     much, and none of them is where anything acts."""
-    supports = CASES.parent / "supports"
+    supports = CASES / "supports"
     if not supports.exists():
         pytest.skip(f"no cases at {supports}; KSMEA_DATA names the directory of public data beside them")
     rotor = ksmea.load_problem(str(supports / "rotor.yaml"))
