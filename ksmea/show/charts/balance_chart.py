@@ -32,9 +32,7 @@ def balance_chart(record: BalanceRecord) -> Chart:
         else ""
     )
     if record.method == "free" and record.run_p:
-        said += (
-            " p of each run's response with its known weights; below the dashed line a run does not fit them."
-        )
+        said += " p of each run's response with its known weights; below the dashed line a run does not fit them."
     return Chart(
         "Before and after the correction", said, tuple((panel,) for panel in panels),
         choices=_choices("entry", "speed and channel", [entry_name(each.entry) for each in record.drift]),
