@@ -27,7 +27,7 @@ RELATIVE = 0.01, 0.1
 
 @dataclass(frozen=True)
 class Drawn(MeasurementSource):
-    """Amplitudes or complex responses, as likely, with Gaussian noise of 1 to 10 % of each value, known to methods."""
+    """Amplitudes or complex responses, as likely, with known Gaussian noise of 1 to 10 % of each value."""
 
     family: str = setting("three_disk", "the family of the instance (`python -m bench help problem drawn`)")
     instance: int = setting(0, "number of the draw", at_least=0)

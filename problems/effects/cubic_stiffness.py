@@ -1,4 +1,4 @@
-"""Cubic stiffness of the bearings: in addition to k a force k₃ |r|² r, which stiffens or softens with the motion.
+"""Cubic stiffness of the bearings: a force k₃ |r|² r in addition to k r, stiffening or softening.
 
 Ball bearings stiffen as their balls share the load, mountings of rubber and thin oil films do either; the third power
 is the first that a support which is alike in opposite directions has (A. H. Nayfeh and D. T. Mook, Nonlinear
