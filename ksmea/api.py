@@ -75,8 +75,11 @@ def _seeded_by_rng(function: Studied) -> Studied:
 
 
 def read_measurement(path: str | Path, **settings: Any) -> Measurement:
-    """A measured run from a CSV file (`measurements/file.py` has its columns): `incomplete="drop"`, `speed_from=…`; from a
-    file of an instrument with `format="system1"` and what it leaves open (docs/own_data.md); or several runs of one machine from the YAML file that describes them (`measurements/campaign.py`).
+    """Read a measured run from a CSV file, or several runs of one machine from a YAML file.
+
+    `measurements/file.py` describes the columns of the CSV file; its settings include `incomplete="drop"` and
+    `speed_from=…`. A file of an instrument needs its `format`, such as "system1", and settings for what it does not
+    state (docs/own_data.md). `measurements/campaign.py` describes the YAML file.
 
     >>> import ksmea
     >>> measurement = ksmea.read_measurement("docs/examples/run_up.csv")
@@ -180,7 +183,7 @@ def identify(
         }
         chosen: Method = registry.create("method", method, settings, parts)
     elif settings:
-        raise SettingError(f"identify: expected the settings inside the method, got {', '.join(settings)} beside it")
+        raise SettingError(f"identify: expected the settings inside the method, got {', '.join(settings)} as well")
     else:
         chosen = method
     chosen.validate(case.problem)

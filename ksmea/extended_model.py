@@ -16,10 +16,10 @@ EXPLAINED = ("named", "ambiguous")  # verdicts with effects that an extended mod
 
 
 def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecord, remarks: Sequence[str]) -> str:
-    """The file of the extended model, its estimates as reference values; empty if the verdict names no effect.
+    """YAML file of the extended model, with its estimates; empty if no effect is named or located.
 
-    `name` and `settings` are those of the problem that was diagnosed, `remarks` what the file says of itself in its first
-    lines (`ksmea.show.diagnosis_text.about_extension`).
+    `name` and `settings` describe the diagnosed problem. `remarks` are the first lines of the file, as comments
+    (`ksmea.show.diagnosis_text.about_extension`). The estimates are its reference values.
     """
     if record.verdict == "located" and record.location is not None:
         return located_yaml(name, settings, record.location, remarks)
@@ -30,8 +30,10 @@ def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecor
 
 
 def located_yaml(name: str, settings: Mapping[str, Any], record: LocationRecord, remarks: Sequence[str]) -> str:
-    """The same of a location, with the law that holds at its site (`ksmea.show.location_text.about_extension`); empty if none
-    does."""
+    """YAML file of the model with the located force; empty if no law holds at its site.
+
+    `remarks` are as in `extended_yaml` (`ksmea.show.location_text.about_extension`).
+    """
     extension = record.extension
     return "" if extension is None else _document(name, settings, [extension.effect], extension.values, remarks)
 

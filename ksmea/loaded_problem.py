@@ -203,9 +203,10 @@ class LoadedProblem:
 
     @one_blas_thread
     def draw(self, values: Mapping[str, SupportsFloat] | None = None, **options: Any) -> RotorDrawing:
-        """The rotor to scale, its Campbell diagram, critical speeds, stability, critical speed map and mode shapes. `options`
-        are those of `python -m bench draw`: highest_rpm, speed_rpm, modes, harmonics … An unknown that has no value has the
-        middle of its limits, the geometric one where they lie a decade or more apart.
+        """Rotor to scale, Campbell diagram, critical speeds, stability, critical speed map and mode shapes.
+
+        `options` are the settings of `python -m bench draw`: highest_rpm, speed_rpm, modes, harmonics … An unknown
+        without a value takes the midpoint of its limits, the geometric one if they lie a decade or more apart.
 
         >>> import ksmea
         >>> drawing = ksmea.load_problem("three_disk").draw(highest_rpm=12_000)
@@ -218,8 +219,10 @@ class LoadedProblem:
         return RotorDrawing(rotordynamics(self.problem, x, chosen, title=self.name, remarks=remarks))
 
     def middles(self, values: Mapping[str, SupportsFloat] | None = None) -> dict[str, float]:
-        """Of the unknowns that have neither one of these values nor a published one, the middles of their limits in their
-        units, the geometric ones where these lie a decade or more apart."""
+        """Midpoints of the limits of the unknowns that have neither a published value nor one of `values`.
+
+        They are in the units of the unknowns, and geometric if the limits lie a decade or more apart.
+        """
         known = self.reference | dict.fromkeys(values or {}, 0.0)
         return middles(self.parameters, [each.name for each in self.parameters if each.name not in known])
 

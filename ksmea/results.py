@@ -1,7 +1,8 @@
 """Results of the Python API: a record of what was found, with the text of the terminal, a table and a figure.
 
-`print(result)` gives the text, `to_frame()` a tidy table, `plot()` a figure, `to_json()` the record with units beside its numbers; a notebook shows
-table and text. `record` has every number as an attribute, SI unless its documentation says otherwise.
+`print(result)` gives the text, `to_frame()` a tidy table, `plot()` a figure, `to_json()` the record with the unit of
+each number; a notebook shows table and text. `record` has every number as an attribute, SI unless its documentation
+says otherwise.
 """
 
 from __future__ import annotations

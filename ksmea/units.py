@@ -65,9 +65,11 @@ class Unit:
 
 @dataclass(frozen=True)
 class Quantity:
-    """The unit of a number of a result, and what texts show it in: the end of a name (`um` in `floor_um`) and its size in that
-    unit. It stands in the type of a field, of one number or of many; where it depends on the others, a function of the result
-    does (`ksmea.show.json_units`).
+    """The unit of a number of a result, and the unit in which texts show it.
+
+    `shown` is the end of a name in this unit (`um` in `floor_um`), `size` the unit's size in `unit`. A quantity stands
+    in the type of a field, of one number or of many; if it depends on other fields, a function of the result gives it
+    (`ksmea.show.json_units`).
     """
 
     unit: str

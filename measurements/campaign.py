@@ -6,17 +6,17 @@
 
 - `file`, a CSV file as `measurement=file` reads it, relative to the YAML file. Or one `file` next to `runs`, whose column
   `run` has the names of the runs.
-- `weights`, the known unbalance that the shaft carried in this run in addition to its own: `position` from the left end (m), size
-  (g mm) and `angle_deg` (0 if not given), counted from where the model's unbalance phases are, towards the direction of
-  rotation. Where the model fixes the phase of its unbalance, angles are from there. A weight without `g_mm` is to be found:
-  two unknowns of the run, within `at_most_g_mm` (the largest unbalance of the model if not given). `size: 5 g @ 120 mm` or
-  `size: 2.5 oz in` may stand for `g_mm`, and `at_most` for `at_most_g_mm`; `planes` next to `runs` has radii and holes
-  (`measurements/balancing_planes.py`).
-- `direction` (up, down, steady), which a column `time_s` says too; `speeds: [from, to]`, those that are used (rpm).
+- `weights`, the known unbalance that the shaft carried in this run in addition to its own: `position` from the left end
+  (m), size (g mm) and `angle_deg` (0 if not given), counted from where the model's unbalance phases are, towards the
+  direction of rotation. If the model fixes the phase of its unbalance, angles are from there. A weight without `g_mm`
+  is to be found: two unknowns of the run, within `at_most_g_mm` (the largest unbalance of the model if not given).
+  `size: 5 g @ 120 mm` or `size: 2.5 oz in` may stand for `g_mm`, and `at_most` for `at_most_g_mm`; `planes` next to
+  `runs` has radii and holes (`measurements/balancing_planes.py`).
+- `direction` (up, down, steady), which a column `time_s` says too; `speeds: [from, to]`, the range that is used (rpm).
 - A speed may be measured several times in a run.
 - `own: [names]` next to `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
   unbalance and the origin of phases.
-- `noise`: `shared`, all runs have the same where it is estimated, or `own`, each its own relative part and floor.
+- `noise`: `shared`, all runs have the same if it is estimated, or `own`, each its own relative part and floor.
 
 A speed and channel may stand several times in a run: repeats. A column `time_s` (s, of one clock for all runs) says when each was
 measured, from which a drift over time is seen, and the rate of a run whose speed sweeps.

@@ -40,7 +40,7 @@ class RunEntry:
 
 @dataclass(frozen=True)
 class Document:
-    """A campaign as its file describes it; `is_one_file`: all runs are in one, told apart by its column `run`."""
+    """A campaign as its file describes it; `is_one_file`: its column `run` names the run of each row."""
 
     runs: tuple[RunEntry, ...]
     own: tuple[str, ...]

@@ -1,8 +1,9 @@
 """Runs of a campaign at common speeds, for differences between runs; mean vectors of repeated speeds.
 
-Runs that were measured at their own speeds can be interpolated to common ones, as channels are (`measurements/shared_speeds.py` has
-the method and the uncertainty): those of the run with the fewest between the speeds that all reach. A speed that occurs several
-times in a channel, as in exports with rounded speeds, is replaced by the mean vector.
+Runs that were measured at their own speeds can be interpolated to common ones, as channels are
+(`measurements/shared_speeds.py` has the method and the uncertainty): the run with the fewest speeds gives them, between
+the speeds that all reach. A speed that occurs several times in a channel, as in exports with rounded speeds, is
+replaced by the mean vector.
 """
 
 from __future__ import annotations
@@ -133,8 +134,10 @@ def _part(run: RunUp, kept: Indices, cause: str) -> RunUp:
 
 
 def averaged(rows: Rows) -> tuple[Rows, str | None]:
-    """Each speed of a channel once, where it stands first, and a remark where that changes anything. Stated standard deviations
-    are those of the mean of independent rows."""
+    """Each speed of a channel once, at its first place, and a remark if that changes anything.
+
+    Stated standard deviations become standard deviations of the mean of independent rows.
+    """
     together: dict[tuple[float, tuple[float, str, float]], list[int]] = {}
     for index, key in enumerate(zip(rows.speed, rows.channel)):
         together.setdefault(key, []).append(index)

@@ -1,6 +1,6 @@
-"""Synthetic measurements whose noise is drawn: the level and the kind of data are those of an instance of `problem=drawn`.
+"""Synthetic measurements whose kind and noise level are drawn for an instance of `problem=drawn`.
 
-Family, set and number seed the draw, as they seed that of the rotor; an experiment gives both the same
+Family, set and number seed the draw, as they seed the draw of the rotor; an experiment gives both the same
 (`measurement.instance: ${problem.instance}`).
 """
 
@@ -27,7 +27,7 @@ RELATIVE = 0.01, 0.1
 
 @dataclass(frozen=True)
 class Drawn(MeasurementSource):
-    """Amplitudes or complex responses, as likely, with Gaussian noise of 1 to 10 % of each value, which methods are told."""
+    """Amplitudes or complex responses, as likely, with known Gaussian noise of 1 to 10 % of each value."""
 
     family: str = setting("three_disk", "the family of the instance (`python -m bench help problem drawn`)")
     instance: int = setting(0, "number of the draw", at_least=0)
@@ -54,7 +54,8 @@ class Drawn(MeasurementSource):
             own, of_problem = getattr(self, name), getattr(settings, name, None)
             if of_problem not in (None, own):
                 raise SettingError(
-                    f"measurement.{name}: expected that of the problem, {of_problem}, got {own}; give measurement.{name}={of_problem}"
+                    f"measurement.{name}: expected {of_problem} as in the problem, got {own};"
+                    f" give measurement.{name}={of_problem}"
                 )
         return self._synthetic.layout(settings)
 

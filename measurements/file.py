@@ -12,9 +12,9 @@ One row per speed and channel:
   sense in which the shaft turns: 45, -135.
 - `amplitude_um_0pk` of the 1X vibration, µm zero to peak: half of peak to peak.
 - `phase_lead_deg`, the angle of the complex amplitude q under Re(q e^{iΩt}): on every row (complex data) or on none
-  (amplitudes). Instruments often show a lag: that is its negative. Where it is counted from does not matter.
+  (amplitudes). Instruments often show a lag: that is its negative. The phase origin does not matter.
 - `sigma_um`, the standard deviation of the noise of this row: of the amplitude, and for complex data the total one,
-  √2 times that of the real and of the imaginary part. On every row or on none: then the noise is estimated.
+  √2 times the one of the real and of the imaginary part. On every row or on none: then the noise is estimated.
 - `time_s`, optional: says how fast the speed went, which a diagnosis takes for the rate of a sweep.
 - `harmonic`, optional: at which multiple of the speed of rotation the row was measured, 2 for 2X, 0.5 for ½X; empty: 1. Its phase
   is the angle of q under Re(q e^{ihΩt}). Amplitudes alone are taken at 1X alone.
@@ -23,8 +23,8 @@ One row per speed and channel:
 The last columns may be missing. Lines that begin with # are remarks, empty lines are left out. Nothing is guessed:
 what does not fit is an error that names the line. docs/examples/run_up.csv is such a file.
 
-Files of instruments and tables of other layouts are read by `measurement.format` and the settings that answer what they leave
-open (`measurements/formats`, docs/own_data.md). `python -m bench import` writes what it read as the file above.
+Files of instruments and tables of other layouts are read by `measurement.format` and settings for what they do not
+state (`measurements/formats`, docs/own_data.md). `python -m bench import` writes what it read as the file above.
 """
 
 from __future__ import annotations

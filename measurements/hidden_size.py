@@ -1,12 +1,12 @@
 """How large a hidden effect is that nobody gives a size: as large as the response itself, or as shows by a given drop of
 the deviance; and the rotor stays stable.
 
-A draw of an effect is kept where the rotor is stable with it, and the root mean square over speeds and channels of what it
-changes, as the data see it, is between `NOTICED` of that of the response without it. Else all its values are scaled by one
-factor to a change between these ends, each factor as likely as any other. Where a physical limit or the loss of
-stability comes before the upper end, the largest change that is possible stands in its place, and half of it in that of the
-lower end where that is less. Where a rotor is stable again with more of it, as on a film that is pushed far off centre, a size
-between is passed over downwards.
+A draw of an effect is kept if the rotor is stable with it, and the root mean square over speeds and channels of what it
+changes, as the data see it, is between `NOTICED` times the root mean square of the response without it. Else all its
+values are scaled by one factor to a change between these ends, log-uniformly distributed. If a physical limit or the
+loss of stability comes before the upper end, the largest possible change replaces the upper end, and half of it
+replaces the lower end if it is less. If a rotor is stable again with more of it, as on a film that is pushed far off
+centre, an unstable size between is passed over downwards.
 """
 
 from __future__ import annotations
@@ -110,8 +110,10 @@ def _left_by_fit(
 
 
 def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, observable: Observable) -> Array:
-    """The rms of what an effect changes relative to that of the response without it, (n,), for values (n, d + e) SI of an
-    extended problem and x (d,) of the problem without it."""
+    """Rms change of the response by an effect, relative to the rms response without it, (n,).
+
+    For values (n, d + e) SI of an extended problem and x (d,) of the problem without the effect.
+    """
     without = observable.seen(problem.response(x[None])[0])
     changed = observable.seen(extended.response(sets)) - without
     return np.asarray(np.sqrt(np.mean(np.abs(changed) ** 2, axis=(1, 2)) / np.mean(np.abs(without) ** 2)))

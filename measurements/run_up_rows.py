@@ -86,7 +86,7 @@ def rows_of_run(rows: Rows, name: str, path: str) -> Rows:
 
 
 def read_bytes(path: str, most: int = MAX_BYTES) -> bytes:
-    """The content of a file of at most so many bytes; `SettingError` if there is none, it cannot be read or is too large."""
+    """Content of a CSV file; `SettingError` if it is missing, unreadable or larger than `most` bytes."""
 
     def too_large(size: int) -> str:
         if most > MAX_BYTES:

@@ -1,9 +1,10 @@
 """Channels that were recorded at speeds of their own, brought to common ones by interpolation.
 
-The common speeds are those of the channel with the fewest rows between the speeds that all channels reach. Every other channel
-is interpolated there between its two neighbouring rows, linearly in real and imaginary part. How far that is off is estimated by
-the difference e to a cubic through four rows. Where standard deviations σ are stated, the new one is √(Σ w² σ² + e²); where they are
-not, a speed at which e exceeds 2 % of the vector is left out, and so is one whose neighbours lie 5 % of the speed apart or more.
+The channel with the fewest rows gives the common speeds, between the speeds that all channels reach. Every other
+channel is interpolated there between its two neighbouring rows, linearly in real and imaginary part. The error of that
+is estimated by the difference e to a cubic through four rows. If standard deviations σ are stated, the new one is
+√(Σ w² σ² + e²); if they are not, a speed at which e exceeds 2 % of the vector is left out, and so is one whose
+neighbours lie 5 % of the speed apart or more.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ def at_shared_speeds(rows: Rows, path: str) -> tuple[Rows, str | None]:
         )
     worst = max(float(np.max(each.error[kept] / np.abs(each.values[kept]))) for each in moved.values())
     remark = (
-        f"channels interpolated to {np.count_nonzero(kept)} common speeds, those of {grid}; estimated error at most"
+        f"channels interpolated to {np.count_nonzero(kept)} common speeds, from {grid}; estimated error at most"
         f" {100 * worst:.2g} % of a vector{', part of sigma_um' if sigma is not None else ''}"
     )
     if left_out := len(common) - np.count_nonzero(kept):

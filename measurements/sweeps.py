@@ -65,8 +65,8 @@ def rows_of_sweep(rows: Rows, sweep: str, path: str) -> tuple[Rows, str]:
         parts = [(start, stop) for start, stop, each in legs(speed[indices]) if each == sense]
         if len(parts) != 1:
             raise SettingError(
-                f"{path}: expected one part in which the speed goes {sweep}, which sweep asks for, got {len(parts) or 'none'} of"
-                f" {channel}; cut the file, or give sweep=any"
+                f"{path}: expected one part in which the speed goes {sweep}, as sweep requires, got"
+                f" {len(parts) or 'none'} of {channel}; cut the file, or give sweep=any"
             )
         start, stop = parts[0]
         kept += indices[start:stop].tolist()

@@ -40,7 +40,7 @@ class Chain(Optimizer):
     )
 
     def check(self) -> None:
-        """Raise `SettingError` if there is no such optimiser, or it has no such setting."""
+        """Raise `SettingError` if an optimiser does not exist, or lacks one of its settings."""
         _ = self._optimizers
 
     @cached_property

@@ -46,7 +46,7 @@ class LM(Optimizer):
     batch: int = setting(1000, "points screened at once; limits the memory needed", at_least=1)
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
-        """Screen, choose starts and run least squares from each, the most promising first."""
+        """Screen, choose starts and run least squares from each, the best first."""
         chosen = self._screened(objective, rng).apart(self.starts, self.min_distance)
         starts = np.clip(chosen.points, self.margin, 1.0 - self.margin)
         for start in starts[np.isfinite(objective(starts))]:

@@ -78,7 +78,7 @@ def _both(*coefficients: str) -> tuple[Target, ...]:
 
 @dataclass(frozen=True)
 class Family:
-    """A kind of machine with its unknowns; those of bearings are of both alike."""
+    """A kind of machine with its unknowns; the unknowns of bearings apply to both alike."""
 
     machine: Machine
     n_disk: int

@@ -60,7 +60,10 @@ class ExtendedFile(ProblemSettings):
         return self._built
 
     def reference(self) -> dict[str, float]:
-        """Values of the file, else those of the baseline problem, else 0 for what effects and the phase origin add, SI."""
+        """Reference values, SI: of the file, else of the baseline problem, else 0.
+
+        Effects and the phase origin add unknowns whose value is 0 if the file has none.
+        """
         units = {parameter.name: parameter.si_per_unit for parameter in self._built.parameters}
         own = self._settings.build().parameters.names
         given = {name: value * units[name] for name, value in self._given.items()}
@@ -173,7 +176,7 @@ def _further_extended(
 
 
 def _described(name: str, effect: AnyEffect) -> dict[str, Any]:
-    """An effect as its name and those of its settings that are not the default."""
+    """An effect as its name and its settings that differ from the default."""
     default = registry.create("effect", name, {})
     fields = [field.name for field in dataclasses.fields(effect)]
     differing = {key: getattr(effect, key) for key in fields if getattr(effect, key) != getattr(default, key)}
@@ -192,7 +195,7 @@ def _dumped(problem: Mapping[str, Any], effects: Sequence[Any], reference: Mappi
 
 
 def _plain(value: Any) -> Any:
-    """Mappings, lists and numbers of whatever kind as those that YAML has."""
+    """Mappings, lists and numbers of any kind as the plain ones of YAML."""
     if isinstance(value, Mapping):
         return {str(key): _plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):

@@ -128,7 +128,7 @@ class RK4TwoDisk(ProblemSettings):
     )
     density: float = setting(
         7850.0,
-        "density of the shaft; not published, that of the reference paper's RK-4 shaft",
+        "density of the shaft; not published, taken from the reference paper's RK-4 shaft",
         unit="kg/m³",
         above=0,
     )
@@ -155,9 +155,9 @@ class RK4TwoDisk(ProblemSettings):
     )
     limits: dict[str, list[float]] = setting(
         LIMITS,
-        "lower and upper limit of each unknown; any that is not named keeps its default. Those of k put the first"
-        " critical speed anywhere from 1150 to 2000 rpm in layout beam_model; those of c hold damping ratios of 0.004"
-        " to 0.1 there; those of u are about a tenth and ten times what an amplitude of 20 µm needs",
+        "lower and upper limit of each unknown; any that is not named keeps its default. Limits of k put the first"
+        " critical speed anywhere from 1150 to 2000 rpm in layout beam_model; limits of c hold damping ratios of 0.004"
+        " to 0.1 there; limits of u are about a tenth and ten times what an amplitude of 20 µm needs",
         unit="MN/m, kN s/m, g mm, deg",
     )
 

@@ -43,8 +43,8 @@ class RotorFile(ProblemSettings):
 
     tolerances: str = setting(
         "",
-        "of numbers that the file states without: typical (docs/tolerances.md), or none, also of those that it states; empty: as the file"
-        " says",
+        "of numbers that the file states without: typical (docs/tolerances.md), or none, which drops stated ones too;"
+        " empty: as the file says",
         choices=("", *TOLERANCES),
     )
 

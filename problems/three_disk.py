@@ -58,7 +58,7 @@ class ThreeDisk(ProblemSettings):
     )
     reading: str = setting(
         "rad_s",
-        "how the paper's band of 200 to 1500 is read: it prints rpm, where the response is quasi-static and the"
+        "how the paper's band of 200 to 1500 is read: it prints rpm, but then the response is quasi-static and the"
         " bearings cannot be seen; in rad/s four critical speeds lie inside and the published errors are reproduced",
         source=f"{PAPER}, section 4, and the Cramér–Rao lower bound of both readings",
         choices=tuple(RAD_PER_S_PER_READING),
@@ -68,8 +68,8 @@ class ThreeDisk(ProblemSettings):
     n_speed: int = setting(53, "number of equally spaced speeds; the paper names none, 53 step by 25", at_least=1)
     sensors: list[float] = setting(
         [0.1],
-        "where the probes look; the paper's 'second node' of 13 elements lies at 0.1 m, which is no node of 21"
-        " elements: there the element's shape functions interpolate",
+        "positions of the probes; the paper's 'second node' of 13 elements lies at 0.1 m, which is inside an element"
+        " if there are 21: its shape functions interpolate there",
         unit="m",
         source=f"{PAPER}, section 4",
         at_least=0,
@@ -80,8 +80,8 @@ class ThreeDisk(ProblemSettings):
     )
     limits: dict[str, list[float]] = setting(
         LIMITS,
-        "lower and upper limit of each unknown; any that is not named keeps its default. The paper gives none: those"
-        " of c are where its results stick, 100 MN/m is the limit seen in its Table 8, those of u are our choice",
+        "lower and upper limit of each unknown; any that is not named keeps its default. The paper gives no limits:"
+        " its results stick at these of c, 100 MN/m is the limit seen in its Table 8, limits of u are our choice",
         unit="MN/m, kN s/m, g mm",
         source=f"{PAPER}, Tables 3-6 and 8",
     )

@@ -1,7 +1,7 @@
 """Gaussian-process regression by scikit-learn: a second opinion on `kriging`.
 
 C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), chapters 2 and 5. It differs from
-universal Kriging in that the mean is that of the samples, known beforehand, and that θ and the process variance maximise the
+universal Kriging in that the mean is known, the mean of the samples, and that θ and the process variance maximise the
 likelihood of all outputs together.
 """
 

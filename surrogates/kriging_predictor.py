@@ -159,7 +159,7 @@ class KrigingPredictor(Predictor):
         return (outputs[:, group.outputs] - self.mean[group.outputs]) / self.spread[group.outputs]
 
     def _over_groups(self, of_group: Callable[[OutputGroup], Array]) -> Array:
-        """A value per output (q,), gathered from those of the groups."""
+        """A value per output (q,), gathered from the values of the groups."""
         values = np.empty(len(self.mean))
         for group in self.groups:
             values[group.outputs] = of_group(group)

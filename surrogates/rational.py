@@ -1,10 +1,10 @@
-"""The response as the rational function of the bearing impedances that it is, where the rotor is linear.
+"""The response of a linear rotor as the rational function of the bearing impedances that it is.
 
 At each speed every response per unbalance is N(z) / Q(z) (`ksmea.problem.response_structure`), polynomials of a known degree in each
 unknown impedance z = k + iΩc. A few samples determine their coefficients, and the surrogate is exact but for rounding:
 13 for the three-disk rotor, whose N and Q have 9 terms each, (3 · 9 − 1) / 2 complex unknowns for each of two channels.
 
-Samples beyond these are left out in turn and predicted. Where the largest relative error of these predictions is above
+Samples beyond these are left out in turn and predicted. If the largest relative error of these predictions is above
 `tolerance`, the response is not rational in the impedances: of a nonlinear rotor, of other unknowns, or of samples that
 carry noise.
 """

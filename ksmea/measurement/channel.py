@@ -1,4 +1,4 @@
-"""One probe: where it looks, in which direction, and at which multiple of the speed of rotation.
+"""One probe channel: position, direction, and the multiple of the speed of rotation that it measures.
 
 A direction is x, y, or an angle in degrees from x towards y, the sense in which the shaft turns: a probe at θ reads the motion
 cos θ x + sin θ y. It is a text, so that x and y stay what files and records call them; every other direction has one name, its
@@ -115,8 +115,10 @@ class Channel:
 
 
 def further_directions(channels: Sequence[Channel]) -> tuple[str, str]:
-    """The two directions at right angles in which further probes would be mounted: as those that there are, x and y where any of
-    them is one of these.
+    """Two perpendicular directions for further probes.
+
+    They are x and y if there are no probes or if one measures in x or y; otherwise the first direction of the probes
+    and a direction at right angles to it, one of the probes if possible.
 
     >>> further_directions([Channel(0.1, "y")]), further_directions([Channel(0.1, "45"), Channel(0.1, "-45")])
     (('x', 'y'), ('45', '-45'))

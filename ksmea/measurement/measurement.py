@@ -29,9 +29,11 @@ KINDS = OBSERVABLES  # name in plugins, for one release
 
 @dataclass(frozen=True)
 class Layout:
-    """What is measured, without the values: where, of what kind (one of `OBSERVABLES`), and whether it is known where phases
-    begin. `locations` says where in its source each channel stands, for messages; empty if that has no meaning.
-    `campaign` has the runs that the speeds belong to; None: one run."""
+    """Speeds, channels and kind (one of `OBSERVABLES`) of a measurement, without its values.
+
+    `phase_known` says whether the phase origin is known. `locations` gives the place of each channel in its source, for
+    messages; empty if that has no meaning. `campaign` has the runs that the speeds belong to; None: one run.
+    """
 
     speed: Array  # (n_speed,) rad/s
     channels: tuple[Channel, ...]
@@ -43,17 +45,17 @@ class Layout:
 
     @property
     def rows(self) -> tuple[slice, ...]:
-        """Where the speeds of each run lie."""
+        """Slice of the speeds of each run."""
         return (slice(0, len(self.speed)),) if self.campaign is None else self.campaign.rows
 
     @property
     def noise_rows(self) -> tuple[slice, ...]:
-        """Where noise that is estimated has levels of its own: in each run, or all together."""
+        """Slices of the speeds that have an estimated noise level of their own: each run, or all together."""
         return self.rows if self.campaign and self.campaign.own_noise else (slice(0, len(self.speed)),)
 
     @property
     def breaks(self) -> tuple[int, ...]:
-        """Where the speeds of each further run begin."""
+        """Index of the first speed of each further run."""
         return tuple(rows.start for rows in self.rows[1:])
 
     @property
@@ -66,12 +68,13 @@ class Layout:
 class Measurement:
     """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s).
 
-    `noise` is None if its level is not known; `phase_known` is false where phases were measured from an origin that
-    nobody knows: the angle of the whole response is one more unknown then. What is measured at other harmonics than 1X has its
-    phase: an amplitude of noise alone is never 0, which a Gaussian likelihood takes for a response (docs/diagnosis.md). Speeds of several runs stand one run after the
-    other, as `campaign` says; without one they are those of one run. `history` says how the speed of that one went; None: not
-    known, or in steady states. `time` (n_speed,) is when each was measured, s from any origin; None if nobody says. `notation` is how its own file
-    writes them.
+    `noise` is None if its level is not known. `phase_known` is false if phases were measured from an unknown origin:
+    the angle of the whole response is then one more unknown. Values at other harmonics than 1X need a phase: an
+    amplitude of noise alone is never 0, and a Gaussian likelihood takes it for a response (docs/diagnosis.md).
+
+    Speeds of several runs follow one another in the order of `campaign`; None: one run. `history` is the speed history
+    of a single run; None if it is unknown or the states are steady. `time` (n_speed,) is the time of each speed, s from
+    any origin; None if unknown. `notation` is the notation of the file.
     """
 
     speed: Array
@@ -161,12 +164,12 @@ class Measurement:
 
     @property
     def rows(self) -> tuple[slice, ...]:
-        """Where the speeds of each run lie."""
+        """Slice of the speeds of each run."""
         return self.layout.rows
 
     @property
     def breaks(self) -> tuple[int, ...]:
-        """Where the speeds of each further run begin."""
+        """Index of the first speed of each further run."""
         return self.layout.breaks
 
     def part(self, indices: Indices) -> Measurement:

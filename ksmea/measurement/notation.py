@@ -76,7 +76,7 @@ class Notation:
 
 
 def of_text(text: str) -> Notation:
-    """The notation that the head of a file states; that of this project if it states none."""
+    """Notation stated at the head of a file; the notation of this project if the head has no such line."""
     found = IN_FILE.search(text)
     if found is None:
         return Notation()
@@ -88,7 +88,7 @@ def of_text(text: str) -> Notation:
 
 
 def _fields_of(word: str) -> dict[str, Any]:
-    """What a word sets: 'mil_pp' two fields, 'lag' one."""
+    """Fields that a word sets: 'mil_pp' sets two, 'lag' one."""
     parts = [SPELT.get(each, each) for each in re.split(r"[_ ]", word)]
     found: dict[str, str] = {}
     for part in parts:

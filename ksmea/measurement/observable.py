@@ -35,7 +35,7 @@ class Observable(StrEnum):
         return np.abs(response) if self is Observable.AMPLITUDE else response
 
     def seen_sensitivity(self, response: ComplexArray, sensitivity: ComplexArray) -> Array | ComplexArray:
-        """Derivatives (…, d) of what is seen of a response (…), from those of the response itself (…, d)."""
+        """Derivatives (…, d) of the observed quantity, from a response (…) and its derivatives (…, d)."""
         return amplitude_sensitivity(response, sensitivity) if self is Observable.AMPLITUDE else sensitivity
 
     def real_parts(self, deviation: Array | ComplexArray, axis: int = 0) -> Array:

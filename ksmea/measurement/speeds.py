@@ -61,8 +61,12 @@ def rate_name(run: str) -> str:
 
 @dataclass(frozen=True)
 class SpeedHistory:
-    """`direction` is one of `DIRECTIONS`, or "either" where speeds are in order and nothing says which way. `rates` are those of
-    the first and the second half of the run (rad/s²): from times, or if each row were a turn of the shaft; None: nothing tells."""
+    """Direction of the speed over a run, and its rates.
+
+    `direction` is one of `DIRECTIONS`, or "either" if the speeds are in order but the direction is unknown. `rates`
+    (rad/s²) belong to the first and the second half of the run: from times, or as if each row were one turn of the
+    shaft; None if unknown.
+    """
 
     direction: str
     rates: tuple[float, float] | None = None
@@ -75,8 +79,11 @@ class SpeedHistory:
 
     @property
     def sd(self) -> float | None:
-        """Standard deviation of the rate from times, rad/s²: half of the difference between the halves, as the rate at a critical speed
-        may be that of either, and the error of the closed form. None without times."""
+        """Standard deviation of the rate from times, rad/s²; None without times.
+
+        It combines half of the difference between the two halves, since either rate may hold at a critical speed, with
+        the error of the closed form.
+        """
         if not self.from_times or self.rates is None or self.rate is None:
             return None
         return float(np.hypot((self.rates[1] - self.rates[0]) / 2, CLOSED_FORM * self.rate))

@@ -72,7 +72,7 @@ Value = TypeVar("Value")
 
 
 def recent(kept: OrderedDict[Key, Value], key: Key, make: Callable[[], Value], most: int) -> Value:
-    """What is kept under a key, made if it is not; the `most` that were requested last are kept.
+    """Return the value kept under a key, made if missing; the `most` last requested values are kept.
 
     >>> kept = OrderedDict([("a", 1), ("b", 2)])
     >>> recent(kept, "a", lambda: 0, 2), recent(kept, "c", lambda: 3, 2), list(kept)

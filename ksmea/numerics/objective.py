@@ -172,9 +172,9 @@ def _finite_or_inf(values: Array) -> Array:
 
 
 class SearchPart(Objective):
-    """The points lower + width · v of an objective, for v in the unit cube (d,), with a budget of its own (None: what is left).
+    """Part of an objective: points lower + width · v for v in the unit cube (d,), with its own budget.
 
-    The whole objective counts and remembers every point too.
+    A budget of None is the remaining budget of the whole objective, which also counts and remembers every point.
 
     >>> import numpy as np
     >>> whole = Objective(1, lambda u: u - 0.5, budget=10)

@@ -1,8 +1,9 @@
 """One function of many items, shared among processes.
 
-The processes are forks of this one. They find all that the function needs, with everything that earlier work has kept, and send
-back what it returns: sharing costs hundredths of a second, and nothing has to be importable. Results come in the order of the
-items and are the same for any number of processes, and so is the error: that of the first item that has one.
+The processes are forks of this one. They find everything that the function needs, including what earlier work has kept,
+and send back what it returns: sharing costs hundredths of a second, and nothing has to be importable. Results come in
+the order of the items and do not depend on the number of processes. Nor does the error: the first item that fails
+raises it.
 
 Items follow one another in this process where there is one worker, or a system on which libraries do not survive a fork. What
 the function prints, or changes in its own process, is lost in a fork. Other threads must not hold a lock that it needs, but within
@@ -45,10 +46,12 @@ def for_each(
     known: Iterable[object] = (),
     progress: Callable[[], None] = lambda: None,
 ) -> list[Result]:
-    """`function(item)` for every item, in their order, by at most `workers` processes. Where a result holds an object that is
-    `known` here, it is that one again, and is not sent. `progress` is called after each item.
+    """Return `function(item)` for every item, in their order, using at most `workers` processes.
 
-    Raises what `function` raises, its lines in a note; `ChildProcessError` where a process dies.
+    An object of `known` in a result is not sent: the result holds the object of this process. `progress` is called
+    after each item.
+
+    Raises the error of `function`, with its traceback in a note; `ChildProcessError` if a process dies.
 
     >>> for_each(abs, [-1, 2, -3], workers=2)
     [1, 2, 3]
@@ -98,13 +101,13 @@ ALONE = Workers()  # this process
 
 
 def available_cores() -> int:
-    """Cores that this process may use, those that Slurm has given its job included."""
+    """Number of cores that this process may use; limited by SLURM_CPUS_PER_TASK, if it is set."""
     here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(here, int(os.environ.get("SLURM_CPUS_PER_TASK", here)))
 
 
 def cpu_seconds() -> float:
-    """CPU time of this process and of those that it has shared work with, s."""
+    """CPU time of this process and of its finished child processes, s."""
     return sum(os.times()[:4])
 
 

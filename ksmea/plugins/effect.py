@@ -65,12 +65,18 @@ class Effect(Settings, Generic[Seen]):
     adds_readings: ClassVar[bool] = False
 
     def locations(self, problem: Seen) -> Sequence[Self]:
-        """This effect at each possible location of the problem; empty if there is no such location. Default: this effect alone."""
+        """This effect at each possible location of the problem.
+
+        Empty if the problem has no location for it. Default: this effect alone.
+        """
         return (self,)
 
     def kin(self, problem: Seen) -> Sequence[Self]:
-        """Wider forms of this effect, such as a bow in two shapes, with other values of what the model has: if this effect explains the
-        data, those that do so as well are further explanations by its name. Default: empty."""
+        """Wider forms of this effect, such as a bow in two shapes, with other values of the model's unknowns.
+
+        If this effect explains the data, forms that do so as well are further explanations under its name. Default:
+        empty.
+        """
         return ()
 
     def caveat(self, problem: Seen) -> str:
@@ -112,8 +118,11 @@ class Effect(Settings, Generic[Seen]):
         return cls.words or re.sub(r"(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
 
     def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
-        """What is said of it at these sizes: of each unknown by name, and of each pair `name_x`, `name_y` as the vector `name`.
-        Default: what `says` has it; an effect whose sentence depends on its sizes, or needs others, overrides it."""
+        """Statement about this effect, with its sizes.
+
+        `sizes` has each unknown by name, and each pair `name_x`, `name_y` as the vector `name`. Default: the sentence
+        of `says`; an effect whose sentence depends on its sizes, or needs others, overrides it.
+        """
         place = str(self)
         words = self.in_words()
         return StatementRecord(

@@ -1,7 +1,8 @@
-"""Plugins in plain files: which classes of a file are plugins, under which names, and what a file brings along.
+"""Plugins in plain files: plugin classes of a file, their names, and the files that they import.
 
-A file is imported as the module of its name, and may import what lies next to it. Every public class in it that subclasses a
-contract is a plugin. Its name is that of the class in snake case: `RandomSearch` is `random_search`, `CMAES` is `cmaes`.
+A file is imported as the module of its name, and may import what lies next to it. Every public class in it that
+subclasses a contract is a plugin. The plugin's name is the name of the class in snake case: `RandomSearch` is
+`random_search`, `CMAES` is `cmaes`.
 """
 
 from __future__ import annotations
@@ -127,7 +128,7 @@ def _tree(path: Path) -> ast.Module:
 
 
 def snake_case(name: str) -> str:
-    """The name of a class as that of a plugin.
+    """Plugin name of a class: the name of the class in snake case.
 
     >>> [snake_case(name) for name in ("RandomSearch", "CMAES", "RK4TwoDisk")]
     ['random_search', 'cmaes', 'rk4_two_disk']
@@ -141,8 +142,10 @@ def digests(path: Path) -> dict[str, str]:
 
 
 def brought_along(path: Path) -> dict[str, Path]:
-    """A plugin's file, and the modules and packages next to it that it imports, packages with all their files, by name;
-    `SettingError` if there is no such file."""
+    """A plugin's file, and the modules and packages next to it that it imports, by name.
+
+    Packages come with all their files. Raises `SettingError` if the file does not exist.
+    """
     if not path.is_file():
         raise SettingError(f"expected a Python file, found none at {path}; give its path", setting="plugins")
     found = {path.name: path}
@@ -215,7 +218,7 @@ def _spelt_out(call: ast.Call) -> str:
 
 
 def _beside(folder: Path, module: str) -> list[Path]:
-    """The files of a module or of the whole package that it is in, where that lies in a folder; none if it does not."""
+    """Files of a module, or of the whole package that it is in; empty if the folder does not have them."""
     top, *_ = parts = module.split(".")
     if top in OURS or top in sys.stdlib_module_names:
         return []
@@ -272,7 +275,7 @@ def one_line(error: BaseException) -> str:
 
 
 def require_same(path: Path, planned: Mapping[str, str]) -> None:
-    """Raise `SettingError` if a file, or what it imports from next to it, is no longer as planned."""
+    """Raise `SettingError` if a file, or one that it imports from next to it, differs from the plan."""
     if changed := [name for name, digest in digests(path).items() if planned.get(name) != digest]:
         raise SettingError(
             f"{path}: expected what the experiment was planned with, but {', '.join(changed)} has changed; give"

@@ -108,7 +108,7 @@ def _reason(noun: str, child: int, reading: int, seconds: float | None) -> str:
 
 @contextmanager
 def without_children() -> Iterator[None]:
-    """Processes that are started in the block end with it; that of multiprocessing which tracks resources stays."""
+    """End all processes started in the block with it, except the resource tracker of multiprocessing."""
     before = descendants(os.getpid())
     try:
         yield

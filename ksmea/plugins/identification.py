@@ -77,12 +77,12 @@ class Stage:
 
 @dataclass(frozen=True)
 class Identification:
-    """Identified values and all that stands behind them; `misfit` is in the method's own form.
+    """Identified values, and how they were found; `misfit` is in the method's own form.
 
-    `stop` is one of: smc, sdf, repeated (the optimum is a sample already), updates, budget, optimizer.
-    Evaluations and Jacobians are what the method counts; a record has the study's own count (`ksmea.studies.identify`).
-    `seconds` splits the wall time into model, surrogate (fits), search (optimiser and predictions) and total.
-    `stages` are the parts of the method in their order: x is that of the last. Default: there is only one.
+    `stop` is one of: smc, sdf, repeated (the optimum is a sample already), updates, budget, optimizer. Evaluations and
+    Jacobians are what the method counts; a record has the study's own count (`ksmea.studies.identify`). `seconds`
+    splits the wall time into model, surrogate (fits), search (optimiser and predictions) and total. `stages` are the
+    parts of the method in their order; x is the point of the last one. Default: empty, a single part.
     """
 
     x: Array  # (d,) SI

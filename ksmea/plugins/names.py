@@ -69,7 +69,7 @@ def registered(group: str) -> dict[str, EntryPoint]:
 
 
 def left_out(group: str) -> list[EntryPoint]:
-    """Entry points of other packages whose names are those of this project's plugins, which stand."""
+    """Entry points of other packages that are ignored: a plugin of this project has their name."""
     return [point for point in _points(group) if _package(point) != PROJECT == _package(registered(group)[point.name])]
 
 
@@ -90,7 +90,7 @@ def plugins_in_files() -> Iterator[tuple[Path, str, str]]:
 
 
 def origin(group: str, name: str) -> str:
-    """Where a plugin comes from: its package with the version, or its file."""
+    """Origin of a plugin: its package with the version, or its file."""
     files = (str(path) for path, *chosen in plugins_in_files() if chosen == [group, name])
     return next(files, origin_of(registered(group)[name]))
 

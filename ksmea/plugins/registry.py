@@ -165,8 +165,10 @@ def modules_of(group: str, name: str) -> tuple[str, ...]:
 
 
 def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[str, Any] | None = None) -> Any:
-    """A plugin with its settings checked; the error says which plugin and setting it was. A method is made of those of
-    `parts` that it has."""
+    """Create a plugin with checked settings; errors name the plugin and the setting.
+
+    A method receives only the `parts` that it has.
+    """
     plugin = plugin_class(group, name)
     known = [field.name for field in own_fields(plugin)]
     for key in settings:
@@ -191,8 +193,10 @@ def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[st
 
 
 def create_all(group: str, names: Iterable[str]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Plugins of these names with their default settings, and why there is none of a name that cannot be made: one broken
-    package takes nothing away from the others."""
+    """Plugins of these names with their default settings, and errors of names that cannot be made.
+
+    Both by name. One broken package does not affect the others.
+    """
     made, left_out = {}, {}
     for name in names:
         try:

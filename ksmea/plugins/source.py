@@ -38,8 +38,11 @@ class ProblemSettings(Settings):
 
 @dataclass(frozen=True)
 class MeasurementSource(Settings):
-    """Settings registered under `ksmea.measurements`: where a measurement comes from. The defaults are for a source that
-    knows no truth, such as real data; `read` or `measure`, `kind` and, where known, `noise` are all that one has to say."""
+    """Base of the settings registered under `ksmea.measurements`, which are sources of measurements.
+
+    The defaults suit a source without known true values, such as real data. A subclass must have `read` or `measure`,
+    `kind` and, if it is known, `noise`.
+    """
 
     @property
     @abstractmethod

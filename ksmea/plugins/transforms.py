@@ -65,7 +65,10 @@ class Transform:
         return np.asarray(amplitude * np.exp(1j * np.arctan2(parts[2], parts[1])))
 
     def spread(self, outputs_sd: Array, predicted: Array | ComplexArray) -> Array:
-        """Standard deviation of the predicted data (k, n_speed, n_channel), m, from that of the outputs (q,) or (k, q)."""
+        """Standard deviation of the predicted data (k, n_speed, n_channel), m.
+
+        `outputs_sd` is the standard deviation of the outputs, (q,) or (k, q).
+        """
         parts = self._parts(np.atleast_2d(outputs_sd))
         if self.name == "amplitude":
             return np.broadcast_to(parts[0], predicted.shape)

@@ -21,11 +21,12 @@ TRY = "make the problem with ksmea.problem.alignment.aligned(problem, measuremen
 
 
 def aligned(problem: Problem, measured: Measurement | Layout) -> Problem:
-    """The problem at the speeds and channels of a measurement and in its runs, its phase origin unknown where that of the
-    data is.
+    """Return the problem at the speeds and channels of a measurement and in its runs.
 
-    Raises `SettingError` if the problem lacks something to be compared with data, or cannot be seen so: a channel or a weight off its shaft, or phases that it has no
-    use for.
+    Its phase origin is unknown if the phase origin of the data is.
+
+    Raises `SettingError` if the problem lacks something to be compared with data, or cannot be evaluated like the
+    measurement: a channel or a weight lies off its shaft, or it cannot leave the phase origin open.
     """
     if problem.missing:
         raise SettingError(

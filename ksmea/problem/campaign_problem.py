@@ -1,7 +1,8 @@
 """A machine seen in all runs of a campaign: each run at its own speeds and with its weights.
 
-All unknowns are shared but those of which the campaign says that each run has its own: these are named `name@run`. The
-components of weights that are not known come before them, so that what effects add is last, as on the machine alone.
+All unknowns are shared, except the ones that each run has of its own according to the campaign: these are named
+`name@run`. The components of unknown weights come before them, so that what effects add is last, as on the machine
+alone.
 """
 
 from __future__ import annotations

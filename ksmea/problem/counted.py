@@ -86,8 +86,8 @@ class CountedProblem(ProblemProxy):
 class Model(Meter):
     """A problem over the unit cube, counting points (`evaluations`), sensitivities (`jacobians`) and `seconds`.
 
-    Points that exceed `budget` are not evaluated: `BudgetSpent` is raised in their place. In it a sensitivity counts as
-    `jacobian_cost` points; 0: it is counted, and costs nothing. Where the problem is within a budget of its own
+    Points that exceed `budget` are not evaluated: `BudgetSpent` is raised instead. A sensitivity takes `jacobian_cost`
+    points of the budget; 0: it is counted, and costs nothing. If the problem has a budget of its own
     (`CountedProblem`), both hold, and a sensitivity costs no less than it does there.
     """
 

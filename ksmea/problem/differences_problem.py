@@ -21,7 +21,7 @@ from ksmea.problem.problem import Problem
 
 
 def as_searched(case: Case) -> Case:
-    """A case as it is; where only differences between runs count, that of the differences from the reference."""
+    """Case of the differences from the reference run if only they count; otherwise the case itself."""
     measurement = case.measurement
     if not measurement.is_by_differences or measurement.campaign is None:
         return case

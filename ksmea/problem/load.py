@@ -1,4 +1,4 @@
-"""One load on the shaft: where it acts (m), in which direction, and whether it is a force or a moment."""
+"""One load on the shaft: its position (m), its direction, and its kind, a force or a moment."""
 # Shorter than 40 lines: one datum, which floors above and below share.
 
 from __future__ import annotations

@@ -60,8 +60,11 @@ class PlaneRecord:
 
 @dataclass(frozen=True)
 class WeightRecord:
-    """A weight of a run as its response tells it; `known` is what its mark says, size and angle, None if unknown.
-    `p` is the lack-of-fit p of the run's response with its weights."""
+    """A weight of a run, estimated from its response.
+
+    `known` is the size and angle on its mark; None if unknown. `p` is the lack-of-fit p of the run's response with its
+    weights.
+    """
 
     run: str
     position: Length
@@ -74,7 +77,7 @@ class WeightRecord:
 
 @dataclass(frozen=True)
 class RunMisfitRecord:
-    """A run whose response is not that of its known weights; `weights` are those that it tells."""
+    """A run whose response does not fit its known weights; `weights` are estimated from the response."""
 
     run: str
     p: float
@@ -83,7 +86,7 @@ class RunMisfitRecord:
 
 @dataclass(frozen=True)
 class EntryMisfitRecord:
-    """An entry unlike its neighbours `beside` it, other speeds or other channels; responses in µm."""
+    """An entry that deviates from its neighbours, other speeds or other channels; responses in µm."""
 
     run: str
     entry: EntryRecord
@@ -96,8 +99,10 @@ class EntryMisfitRecord:
 
 @dataclass(frozen=True)
 class SpreadRecord:
-    """Standard deviations of one entry, µm: of a run without weights, of the drift, of the mean of repeats; `p` that of the
-    spread of runs being that of repeats."""
+    """Standard deviations of one entry, µm: of a run without weights, the drift, the mean of repeats.
+
+    `p` tests whether runs spread no more than repeats (F test).
+    """
 
     entry: EntryRecord
     spread: Annotated[float | None, MICROMETRES]

@@ -1,4 +1,4 @@
-"""Records of a campaign: agreement of the joint fit with that of differences (Hausman test), and noise shown by repeats."""
+"""Records of a campaign: joint fit against fit of differences (Hausman test), and noise from repeats."""
 
 from __future__ import annotations
 
@@ -31,8 +31,11 @@ class BothWaysRecord(Record):
 
 @dataclass(frozen=True)
 class SpreadRecord(Record):
-    """Of all runs that are alike, or of one run or channel: mean square between runs over that of repeats, and the chance of
-    as large a one where runs are alike, that of one of several corrected for their number."""
+    """Spread of runs that are alike: of all of them together, or of one run or channel.
+
+    `ratio` is the mean square between runs over the mean square of repeats, `p` the probability of a ratio at least as
+    large if the runs are alike; for one of several it is corrected for their number.
+    """
 
     what: str
     ratio: float

@@ -33,8 +33,10 @@ class Polar:
 
 @dataclass(frozen=True)
 class FineCurve:
-    """The fitted response at more speeds (rad/s) than were measured, to be drawn as a line; `breaks` are where those of a
-    further run begin."""
+    """The fitted response at more speeds (rad/s) than were measured, to be drawn as a line.
+
+    `breaks` are the indices at which the speeds of a further run begin.
+    """
 
     speed: Annotated[Row, SPEED]
     amplitude: Annotated[Matrix, VIBRATION]
@@ -87,9 +89,12 @@ class FitCurves:
 
 @dataclass(frozen=True)
 class ResponseCurves:
-    """Amplitudes (m, 0-peak) over speed (rad/s), (n_speed, n_channel) each: the measurement, the identified model,
-    surrogate (`predicted`) and true model (`modelled`) at the surrogate's last optimum, and the response without noise
-    (`true`) where it is known; None if there is no such curve. `breaks` are where the speeds of a further run begin."""
+    """Amplitudes (m, 0-peak) over speed (rad/s), (n_speed, n_channel) each; None for a missing curve.
+
+    They are the measurement, the identified model, the surrogate (`predicted`) and the true model (`modelled`) at the
+    surrogate's last optimum, and the response without noise (`true`) if it is known. `breaks` are the indices at which
+    the speeds of a further run begin.
+    """
 
     speed: Annotated[Row, SPEED]
     channels: tuple[str, ...]

@@ -1,7 +1,7 @@
 """Record of a diagnosis: the errors of a model of a measurement, the cause that explains them, and the evidence.
 
-Values of unknowns are in the unit that stands beside them, speeds in rad/s and lengths in m. `before` is the baseline
-model, `after` the model extended by the effects in `applied`; None if there is no extended model. Names of fields in records of
+Values of unknowns are in the unit given with them, speeds in rad/s and lengths in m. `before` is the baseline model,
+`after` the model extended by the effects in `applied`; None without an extended model. Names of fields in records of
 earlier versions are translated when they are read.
 """
 

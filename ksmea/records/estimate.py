@@ -45,7 +45,7 @@ class EstimateRecord(Record):
         return Shown(self.value, low, high, self.unit)
 
     def holds(self, value: float) -> bool:
-        """Whether a value lies in the interval; of an angle that of its turns which is nearest to the estimate."""
+        """Whether a value lies in the interval; of an angle, its turn nearest to the estimate counts."""
         if self.unit == "deg":
             value += 360 * round((self.value - value) / 360)
         return (self.low is None or self.low <= value) and (self.high is None or value <= self.high)

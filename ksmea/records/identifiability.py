@@ -151,7 +151,7 @@ class IdentifiabilityRecord(Record):
 
 
 def percent(crlb: float, true: float) -> float:
-    """A CRLB in per cent of the value; of a value of 0 there is none (nan).
+    """CRLB in per cent of the true value; NaN if the value is 0.
 
     >>> percent(0.5, -10.0)
     5.0

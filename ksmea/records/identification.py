@@ -268,8 +268,10 @@ class IdentificationRecord(Record):
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Before schema 3 some fields of a parameter had other names, and `interval` was either what `intervals` is now or
-        {'error': why there are none}."""
+        """Rename the fields of parameters that had other names before schema 3, and split `interval`.
+
+        It was then either the present `intervals` or {'error': why intervals are missing}.
+        """
         if not any("at_bound" in parameter for parameter in data.get("parameters", ())):
             return data
         parameters = [renamed(parameter, RENAMED) for parameter in data["parameters"]]

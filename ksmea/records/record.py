@@ -21,8 +21,11 @@ DRAWN_DIGITS = 5  # of what is only drawn
 
 @dataclass(frozen=True)
 class Record:
-    """Base of what a study found. Fields that came later have a default, so that older records stay readable; where a
-    field changed its name or form, `upgraded` says how."""
+    """Base of the records of studies.
+
+    Fields that came later have a default, so that older records stay readable; `upgraded` adapts data if a field
+    changed its name or form.
+    """
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Self:
@@ -49,7 +52,7 @@ class Record:
         return data
 
     def shown_data(self) -> dict[str, Any]:
-        """Data for files: `to_data`, in the order and with what people ask for first. Default: `to_data`."""
+        """Data for files: `to_data`, the most important values first. Default: `to_data`."""
         return self.to_data()
 
     @classmethod
@@ -78,5 +81,5 @@ def renamed(data: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]
 
 
 def _builtin(value: Any) -> Any:
-    """Numbers and arrays of numpy as those of Python."""
+    """Numbers and arrays of numpy as numbers and lists of Python."""
     return value.tolist()

@@ -61,9 +61,10 @@ class StatementRecord(Record):
 
 
 def of_unknowns(estimates: Mapping[str, EstimateRecord], correlation: Array) -> dict[str, SizeRecord]:
-    """Sizes of unknowns (e,) by name, and of each pair `name_x`, `name_y` the vector `name`; `correlation` (e, e) of their errors.
+    """Sizes of unknowns (e,) by name, and of each pair `name_x`, `name_y` the vector `name`.
 
-    The interval of a vector's length and angle follows from those of its components to first order.
+    `correlation` (e, e) is of their errors. The interval of a vector's length and angle follows from the intervals of
+    its components to first order.
     """
     sizes = {each.name: SizeRecord(each.value, each.low, each.high, each.unit) for each in estimates.values()}
     names = list(estimates)

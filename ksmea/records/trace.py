@@ -20,7 +20,7 @@ ERROR_DIGITS = 5  # that are kept of errors
 
 @dataclass(frozen=True)
 class StageRecord:
-    """A part of a method as it ended (`ksmea.plugins.identification.Stage`); its counts are those of all until then."""
+    """A finished part of a method (`ksmea.plugins.identification.Stage`); counts include earlier parts."""
 
     name: str
     evaluations: int
@@ -84,7 +84,10 @@ class TraceRecord:
 
 
 def stage_number(stages: Sequence[StageRecord], evaluations: int, jacobians: int) -> int:
-    """Which of the stages these counts fall into, of those that take the true model; what comes after all is of the last."""
+    """Index of the stage that these counts fall into, among the stages that evaluate the true model.
+
+    Counts beyond the last of these stages belong to it.
+    """
     taking = [number for number, stage in enumerate(stages) if not stage.on_surrogate]
     ended = [evaluations > stages[number].evaluations or jacobians > stages[number].jacobians for number in taking[:-1]]
     return taking[sum(ended)] if taking else 0

@@ -29,7 +29,7 @@ class ShaftSection:
 
 @dataclass(frozen=True)
 class DiskOutline:
-    """A rigid disk, drawn as the ring on its shaft that has the same mass and inertias, where there is one."""
+    """Rigid disk, drawn as the ring on its shaft with the same mass and inertias, if one exists."""
 
     position: float  # m
     mass: float  # kg

@@ -30,7 +30,7 @@ class Motions:
     shape: ComplexArray  # (n_motion, n_place, 2)
 
     def first(self, n: int) -> Motions:
-        """The slowest n of those that can resonate."""
+        """The n slowest motions that can resonate."""
         kept = np.flatnonzero(damping_ratio(self.eigenvalue) < NO_PEAK)[:n]
         return Motions(self.speed, self.eigenvalue[kept], self.shape[kept])
 

@@ -28,8 +28,11 @@ FILE_TYPES = {stat.S_IFIFO: "a pipe", stat.S_IFDIR: "a directory", stat.S_IFSOCK
 
 
 def read_input(path: str, kind: str, most: int, too_large: Callable[[int], str]) -> bytes:
-    """The content of a file of a kind, such as "YAML"; `SettingError` if there is none, it cannot be read or has more than `most`
-    bytes: `too_large` makes the message of their number, before they are read."""
+    """Read the content of a file of a kind, such as "YAML".
+
+    Raises `SettingError` if it does not exist, cannot be read or has more than `most` bytes: `too_large` makes the
+    message from their number, before they are read.
+    """
     file = Path(path).expanduser()
     try:
         if file.is_dir():
@@ -55,9 +58,9 @@ def read_input(path: str, kind: str, most: int, too_large: Callable[[int], str])
 
 
 def open_regular(path: Path, mode: str = "rb") -> BinaryIO:
-    """A file opened in a binary mode; `SettingError` if something else than a regular file has its name.
+    """Open a file in a binary mode; `SettingError` if its name belongs to anything but a regular file.
 
-    The other errors are those of `open`. 'w+b' leaves what is in the file.
+    Other errors are raised as by `open`. 'w+b' keeps the content of the file.
     """
     descriptor = descriptor_of_regular(path, FLAGS[mode])
     return cast(BinaryIO, os.fdopen(descriptor, "wb" if mode == "xb" else mode.replace("w+", "r+")))

@@ -78,8 +78,10 @@ class Settings(ABC):  # noqa: B024 – the contracts that derive from it have ab
         return ""
 
     def seeded(self, seed: int) -> AbstractContextManager[None]:
-        """Seed the generators that a library of its own shares among all (torch, …) for a block, and restore them. Default:
-        there are none but those of `random` and `numpy.random`, which are always seeded."""
+        """Seed the generators that a library shares globally (torch, …) for a block, and restore them.
+
+        Default: nothing to seed; `random` and `numpy.random` are always seeded.
+        """
         return nullcontext()
 
     @property

@@ -23,7 +23,7 @@ DEEPEST = 20  # lists and mappings within each other; a rotor has four
 
 
 def read_bytes(path: str) -> bytes:
-    """The content of a file; the error says why there is none."""
+    """Content of a file; the error says why it cannot be read."""
     return read_input(
         path, "YAML", LARGEST, f"expected at most {LARGEST} bytes, got {{}}; a description is smaller".format
     )

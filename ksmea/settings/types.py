@@ -53,8 +53,10 @@ def is_of(value: Any, hint: Any) -> bool:
 
 
 def read_as(value: Any, hint: Any) -> Any:
-    """A value of a file as the type of a setting has it: strict YAML has true and false as texts, and its whole numbers
-    are numbers too. Raises `SettingError` if it is none."""
+    """Convert a value of a file to the type of a setting; `SettingError` if it does not have this type.
+
+    Strict YAML has true and false as texts, and whole numbers also count as numbers.
+    """
     origin, options = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
         for option in options:

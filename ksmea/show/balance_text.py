@@ -54,7 +54,7 @@ def frame(record: BalanceRecord) -> pd.DataFrame:
 
 
 def left_out_frame(weights: tuple[WeightRecord, ...]) -> pd.DataFrame:
-    """A row per run and plane: the weight as told, and the known one next to it."""
+    """A row per run and plane: the estimated weight, and the known one next to it."""
     return pd.DataFrame(
         [
             {
@@ -248,7 +248,7 @@ def _misfits(record: BalanceRecord) -> str:
     said = []
     for each in record.run_misfits:
         weights = "; ".join(
-            f"{weight.position:g} m: marked {_shown(weight.known)}, told {_shown(weight.weight)} {weight.unit}"
+            f"{weight.position:g} m: marked {_shown(weight.known)}, estimated {_shown(weight.weight)} {weight.unit}"
             for weight in each.weights
         )
         rest = each.weights[0].p

@@ -86,7 +86,7 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
         largest = f"They are largest {where(test.before, notation)}"
         if beside(record):
             return f"{rejected}. {largest}. The values below hold whatever it is."
-        return f"{rejected}. {largest}. Its values below are those of a wrong model."
+        return f"{rejected}. {largest}. The values below belong to a wrong model."
     with_cause = (
         ""
         if test.after is None
@@ -156,7 +156,7 @@ def as_given(record: DiagnosisRecord) -> float | None:
 
 
 def look_alikes(record: DiagnosisRecord) -> Iterator[str]:
-    """Of effects that can look like the named one, whether these data rule them out; of those within reach what would separate them."""
+    """Lines on effects that can look like the named one: ruled out by these data, or how to separate them."""
     if not record.is_explained:
         return
     by_name = {each.trial.effect: each for each in others(record)}

@@ -219,7 +219,7 @@ def _noise(record: DiagnosisRecord) -> str:
 def _by_which_model(record: DiagnosisRecord) -> str:
     """Words for the model with which the noise is estimated; empty if it is the model as given."""
     if record.verdict == "located" and record.location is not None:
-        return " beside what is unknown"
+        return " with the unknown force"
     return f" with {applied(record)}" if record.is_explained and record.noise.after is not None else ""
 
 

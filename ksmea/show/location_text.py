@@ -99,9 +99,9 @@ def _plain(record: LocationRecord) -> str:
     noise = noise_level(record.noise)
     is_enough = record.kind == NOTHING
     lines = [
-        f"What the model leaves over could be noise (p = {record.plain.p:.2g}): nothing needs to be located."
+        f"The residuals are consistent with noise (p = {record.plain.p:.2g}): nothing needs to be located."
         if is_enough
-        else f"The model does not fit: what it leaves is no noise (p = {record.plain.p:.2g}).",
+        else f"The model does not fit: its residuals are not noise (p = {record.plain.p:.2g}).",
         f"Noise ({said}{'' if record.noise_known else ' where least is needed'}): {noise}.",
     ]
     return "\n".join(lines)
@@ -214,7 +214,7 @@ def _at_most(record: LocationRecord, work: SeriesRecord, which: NDArray[np.bool_
 
 
 def _followed(force: ForceRecord) -> list[StiffnessRecord]:
-    """The pair of parts, x and y or forward and backward, in which it follows the motion most, where it does."""
+    """Pair of parts of the force, x and y or forward and backward, that follows the motion most, or empty."""
     following = [each for each in force.stiffness if each.coherence >= FOLLOWS]
     pairs = [[each for each in following if (each.part in WHIRL) == is_whirl] for is_whirl in (False, True)]
     return max(pairs, key=lambda pair: sum(each.coherence for each in pair))
@@ -263,7 +263,7 @@ def _law(record: LocationRecord, law: LawRecord) -> str:
 
 
 def why_without(others: str, trusted: str = OVER_SITES) -> str:
-    """Why the unknowns without what acts there are not the `others`, which are those of the same model, and which to trust."""
+    """Why the unknowns without the force differ from the `others` of the same model, and which to trust."""
     return (
         f'The values "without" are not {others}: both are fits of the same model, but here the best site says how much each datum'
         f" weighs, and a wrong model has other values under other weights. Trust neither, but {trusted}."

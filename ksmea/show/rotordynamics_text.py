@@ -22,7 +22,7 @@ ENTRIES = ("xx", "xy", "yx", "yy")
 
 
 def layout_frame(found: Rotordynamics) -> pd.DataFrame:
-    """A row for each thing that is drawn of the rotor: where it is, in m, and what is known of it."""
+    """A row for each drawn thing of the rotor: its position, in m, and its known properties."""
     layout = found.layout
     rows: list[dict[str, object]] = [
         {"thing": f"section {number}", "from_m": each.start, "to_m": each.end, "outer_diameter_m": 2 * each.outer_radius,

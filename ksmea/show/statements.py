@@ -109,7 +109,7 @@ def _coarse(size: SizeRecord) -> float | None:
 
 
 def _in_notation(size: SizeRecord, form: str, notation: Notation) -> SizeRecord:
-    """A size whose reading, and whose angle, are those of a notation."""
+    """A size with its reading and its angle converted to a notation."""
     angle = None if size.angle is None else notation.angle(size.angle)
     if form != READING:
         return SizeRecord(size.value, size.low, size.high, size.unit, angle, size.angle_error)

@@ -64,7 +64,7 @@ def with_ends(value: float, low: float | None, high: float | None) -> str:
 
 
 def value_and_ends(value: float, low: float | None, high: float | None) -> tuple[str, str]:
-    """The same in two columns."""
+    """A value and its interval, rounded by `rounded_alike`, in two columns."""
     at, *ends = rounded_alike(value, low, high)
     return at, f"[{', '.join(ends)}]"
 
@@ -102,8 +102,9 @@ def rounded_alike(*values: float | None) -> list[str]:
 
 
 def with_error(value: float, error: float, sign: str = "") -> str:
-    """A value with its standard error, which has two digits; the value ends at the same place. `sign` '+' shows that of a
-    positive value.
+    """A value with its standard error, which has two digits; the value ends at the same place.
+
+    `sign` '+' shows the sign of a positive value.
 
     >>> with_error(4936.2, 4804.1, "+"), with_error(2.0951, 0.2), with_error(2.4512e9, 2.04e8)
     ('+4900 ± 4800', '2.10 ± 0.20', '(2.45 ± 0.20)e+09')
@@ -119,7 +120,7 @@ def with_error(value: float, error: float, sign: str = "") -> str:
 
 
 def angle_with_error(angle: float, error: float) -> str:
-    """The same of an angle in degrees, never with a power of ten.
+    """An angle in degrees with its standard error, never with a power of ten.
 
     >>> angle_with_error(53.13, 1.2), angle_with_error(53.13, 0.0)
     ('53.1° ± 1.2°', '53.13° ± 0°')
@@ -150,7 +151,7 @@ def _is_plain(value: float, error: float) -> bool:
 
 
 def data_words(n_speed: int, speed_from: float, speed_to: float, channels: Sequence[str], *, with_phase: bool) -> str:
-    """What was measured: speeds (rad/s), channels and kind."""
+    """Measured speeds (rad/s), channels and kind in words."""
     return (
         f"{n_speed} speeds from {speed_from / RPM:.0f} to {speed_to / RPM:.0f} rpm,"
         f" {len(channels)} channel{'s' if len(channels) > 1 else ''} ({', '.join(channels)}),"
@@ -179,12 +180,12 @@ def _level(relative: float, floor: float) -> str:
 
 
 def chance(p: float, least: float = SMALLEST) -> str:
-    """For example 'p = 0.012'; one that is not above `least` is told as such."""
+    """For example 'p = 0.012'; 'p < …' if it is not above `least`."""
     return f"p = {p:.2g}" if not p <= least else f"p < {least:g}"
 
 
 def of_chances(p: float) -> str:
-    """A p in a column of them; one that is too small for a double is told as such.
+    """A p in a column of them; '< 1e-300' if it is too small for a double.
 
     >>> of_chances(9.5e-89), of_chances(0.0)
     ('9.5e-89', '< 1e-300')
@@ -206,7 +207,7 @@ MAX_PAIRS = 6  # of them that are named
 
 
 def alike_text(correlation: Sequence[Sequence[float | None]], names: Sequence[str]) -> str:
-    """For example 'kxx and kyy (+0.971)'; 'none' if there are none."""
+    """For example 'kxx and kyy (+0.971)'; 'none' without such pairs."""
     pairs = [
         f"{names[one]} and {names[other]} ({value:+.3f})"
         for one, row in enumerate(correlation)
@@ -254,7 +255,10 @@ def hidden_in_one_line(hidden: Sequence[HiddenEffect]) -> str:
 
 
 def hidden_text(hidden: Sequence[HiddenEffect | str], study: str) -> str:
-    """The same below a text, a line each; empty if nothing is hidden. `study` is what did not see it."""
+    """Hidden effects below a heading, a line each; empty if nothing is hidden.
+
+    `study` is the study that did not see them.
+    """
     return (
         "\n  ".join([f"Hidden in these synthetic data (not seen by the {study}):", *map(str, hidden)]) if hidden else ""
     )
@@ -276,7 +280,7 @@ def fit_warning(test: LackOfFit | None, made_of_it: str) -> Iterator[str]:
     """Warning that `made_of_it` rests on a rejected fit; empty if the fit is accepted or was not tested."""
     if test is not None and test.rejected:
         yield (
-            f"warning: {fit_rejection(test)}, so {made_of_it} below are those of a wrong model and may mislead; run"
+            f"warning: {fit_rejection(test)}, so {made_of_it} below are results of a wrong model and may mislead; run"
             " +experiment=diagnose first"
         )
 

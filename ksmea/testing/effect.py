@@ -69,7 +69,7 @@ def sites_have_names(case: EffectCase) -> None:
 
 
 def unknowns_follow_and_hold_zero(case: EffectCase) -> None:
-    """Its unknowns follow those of the problem, and 0 lies between their limits."""
+    """Its unknowns come after the unknowns of the problem, and 0 lies between their limits."""
     names = case.baseline.parameters.names
     for site, seen in zip(case.sites, case.seen):
         found = seen.problem.parameters

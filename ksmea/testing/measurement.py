@@ -98,7 +98,7 @@ def problem_can_be_seen_so(case: MeasurementCase) -> None:
 
 
 def noise_is_what_it_tells(case: MeasurementCase) -> None:
-    """The noise is handed over where it is known; where the response without it is known too, its size is right."""
+    """The noise is handed over if it is known; if the response without it is known too, its size is right."""
     found, noise = case.measurement, case.plugin.noise
     if not case.plugin.noise_known:
         require(found.noise is None, "no noise in the measurement, as noise_known says", "some", "leave it out there")

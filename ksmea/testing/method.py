@@ -89,7 +89,7 @@ def values_are_within_bounds(case: MethodCase) -> None:
 
 
 def records_what_it_used(case: MethodCase) -> None:
-    """Evaluations and Jacobians are those that the problem counted; times, a misfit and a reason to stop are there."""
+    """Evaluations and Jacobians equal the problem's counts; times, a misfit and a reason to stop exist."""
     found, problem = case.found
     count = problem.meter
     require(

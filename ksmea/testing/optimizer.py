@@ -39,7 +39,7 @@ class OptimizerCase(Drawn):
 
     @property
     def lowest(self) -> Array:
-        """Where the sphere has its minimum (dim,): inside the cube, no coordinate like another, none a round number."""
+        """Minimum of the sphere (dim,): inside the cube, coordinates all different, none a round number."""
         return np.asarray(0.2 + 0.6 * ((0.31 + 0.618034 * np.arange(self.dim)) % 1), dtype=float)
 
     def sphere(self, u: Array) -> Array:
@@ -196,7 +196,7 @@ def errors_of_the_model_pass(case: OptimizerCase) -> None:
 
 
 class _SingularModel(ValueError):
-    """What a model may raise: a singular matrix is a ValueError too."""
+    """An error that a model may raise: a singular matrix is a ValueError too."""
 
 
 def finds_the_minimum_of_a_sphere(case: OptimizerCase) -> None:

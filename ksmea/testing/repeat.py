@@ -61,7 +61,7 @@ def _shared_state() -> bytes:
 
 
 def in_fresh_process(function: Callable[[int], Array], seed: int) -> Array:
-    """What a function finds in a new process, which imports all that it needs: its hashes are not those of this one."""
+    """Result of a function in a new process, which imports all that it needs and hashes differently."""
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         try:
             return pool.submit(function, seed).result()

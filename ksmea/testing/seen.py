@@ -119,7 +119,7 @@ def batch_equals_single(case: ProblemCase) -> None:
 
 
 def sensitivity_is_right(case: ProblemCase) -> None:
-    """The sensitivity is that of differences of the response, and comes with it from `linearised`."""
+    """The sensitivity agrees with differences of the response, and `linearised` returns both."""
     for seen in case.seen:
         problem, x = seen.problem, _fixed(seen.x[0])
         found = problem.sensitivity(x)

@@ -76,8 +76,11 @@ def _is_amplitude(heading: str) -> bool:
 
 
 def _by_probe(headings: Sequence[str], left_out: re.Pattern[str] | None = None) -> dict[str, str]:
-    """Headings of one kind by the words that only some of them have, without what is left out of them; empty if these are no names of
-    probes, or stand twice."""
+    """Headings of one kind by the words that only some of them have.
+
+    Matches of `left_out` are removed from words first. Empty if the remaining words are not names of probes, or stand
+    twice.
+    """
     words = [WORD.findall(heading) for heading in headings]
     if left_out is not None:
         words = [[left_out.sub("", word) for word in each] for each in words]

@@ -21,7 +21,7 @@ class Opened:
         self._made: dict[str, tuple[Hashable, Any]] = {}
 
     def content(self, most: int) -> bytes:
-        """All bytes; `SettingError` if there is no such file, it cannot be read or has more than `most`."""
+        """All bytes; `SettingError` if the file is missing, unreadable or has more than `most`."""
         if self._content is None or len(self._content) > most:
             self._content = read_bytes(self.path, most)
         return self._content

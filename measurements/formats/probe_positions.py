@@ -1,4 +1,4 @@
-"""Where a probe looks: `name@m@direction`, and the directions that people and instruments name.
+"""Positions of probes: `name@m@direction`, and the directions that people and instruments name.
 
 x is to the right and y up, as the probes are looked at. An angle in degrees goes from x towards y; 45R and 45L, or '45° Right',
 are angles from the vertical, as instruments give them, and say nothing without the sense of rotation. In the model the shaft turns
@@ -26,7 +26,7 @@ CLOCKWISE = "cw"
 
 @dataclass(frozen=True)
 class Place:
-    """Where the probe of a name looks; an empty direction is that of the file."""
+    """Position and direction of the probe of a name; an empty direction is taken from the file."""
 
     name: str
     position: float  # m
@@ -34,7 +34,7 @@ class Place:
 
 
 def places(texts: Sequence[str]) -> dict[str, Place]:
-    """What `probes` says, by name. Raises `SettingError` if a text is no such thing or a name stands twice.
+    """Probes of the setting `probes`, by name; `SettingError` for other texts or a name that stands twice.
 
     >>> places(["1X (VERT)@0.1@45R"])
     {'1X (VERT)': Place(name='1X (VERT)', position=0.1, direction='45R')}

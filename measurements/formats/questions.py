@@ -43,7 +43,10 @@ class OpenQuestion(SettingError):
 
 @dataclass(frozen=True)
 class Asked(Generic[Source]):
-    """What is open, in the order in which reading meets it, and whether that is all; `source` is what was read where nothing is."""
+    """Open questions, in the order in which reading meets them; `is_all`: no others are open.
+
+    `source` is what was read; None if a question is open.
+    """
 
     questions: tuple[Question, ...]
     is_all: bool
@@ -51,8 +54,11 @@ class Asked(Generic[Source]):
 
 
 def open_questions(read: Callable[[Mapping[str, Any]], Source], settings: Mapping[str, Any]) -> Asked[Source]:
-    """All that `read` leaves open with these settings. Where it stops before the end, on a question without a preliminary answer or
-    on an error that may come of one, more may be open; where it fails at first, `SettingError`."""
+    """All questions that `read` leaves open with these settings.
+
+    More may be open if it stops before the end, on a question without a preliminary answer or on an error that may
+    result from one. Raises `SettingError` if it fails before any question.
+    """
     found: dict[str, Question] = {}
     tried = dict(settings)
     for _ in range(MOST):

@@ -31,8 +31,10 @@ PLAIN_NUMBER = re.compile(r"#([1-9][0-9]{0,4})", re.ASCII)
 
 @dataclass(frozen=True)
 class Sheet:
-    """Columns by heading, all with a cell for each of `lines`; `units` are those that stand in a row of their own below the
-    heading. `where` names it in errors."""
+    """Columns by heading, all with a cell for each of `lines`.
+
+    `units` come from a row of their own below the heading. `where` names the sheet in errors.
+    """
 
     where: str
     lines: Sequence[int]

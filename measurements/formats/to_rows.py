@@ -152,7 +152,7 @@ def _decided(curve: Curve, place: Place | None, answers: Answers) -> Decided:
 
 
 def _units(unit: str, detector: str, sense: str, of_speed: str) -> Notation:
-    """Units of a file; of velocities, accelerations and volts those of the displacement that they become."""
+    """Units of a file; velocities, accelerations and volts take the units of their displacement."""
     words = f"{unit}_{detector}" if UNITS[unit][1] == 0 else f"um_{ZERO_PEAK}"
     return Notation().with_words(",".join([words, LAG if sense == LAG else LEAD, of_speed]))
 

@@ -1,7 +1,7 @@
 """The questions that a file of an instrument leaves open, and the settings that answer them.
 
-A file that says something itself is believed; a setting that says otherwise is refused. What neither says is refused too, with
-the setting to give: nothing is guessed. docs/own_data.md goes through them.
+What a file states holds; a setting that contradicts it is rejected. What neither states is an error that names the
+setting to give: nothing is guessed. docs/own_data.md goes through them.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ class Answers(Settings):
         if isinstance(self.unit, str) and is_voltage(
             self.unit
         ):  # which is like none of the units, though its letter is
-            raise SettingError(f"unit: expected that of the motion, got the voltage {self.unit!r}; {SCALED}")
+            raise SettingError(f"unit: expected a unit of motion, got the voltage {self.unit!r}; {SCALED}")
         super().__post_init__()
 
     def check_answers(self) -> None:

@@ -48,13 +48,13 @@ POINT, ASSUMED, FREE = "none", "assumed", "free"
 class AddedMass(SeatedEffect):
     """A place of the shaft carries more mass, or less."""
 
-    position: float | None = setting(None, "where it sits; null: on the first disk or end", unit="m", at_least=0)
+    position: float | None = setting(None, "position of the mass; null: the first disk or end", unit="m", at_least=0)
     inertia: str = setting(
         POINT, "its moments of inertia: none, assumed by the radius, or free", choices=(POINT, ASSUMED, FREE)
     )
     radius: float | None = setting(
         None,
-        "of gyration about the shaft; null: that of the disk there, or of a sleeve twice as thick as the shaft",
+        "radius of gyration about the shaft; null: from the disk there, or a sleeve twice as thick as the shaft",
         unit="m",
         above=0,
     )
@@ -65,7 +65,7 @@ class AddedMass(SeatedEffect):
         "mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
         "disk_mass": "a disk has moments of inertia too; modes that tilt it, or weigh the disk",
         "disk_position": "both change what the disk does to each mode; measure its distance from a bearing, or weigh it",
-        "spring_mass": "both lower natural frequencies; a speed near its own frequency, where the shaft stands still",
+        "spring_mass": "both lower natural frequencies; a speed near its own frequency: the shaft stands still there",
         "bearing_mass": "at one bearing both are alike; look at each bearing",
     }
 
@@ -112,7 +112,7 @@ class AddedMass(SeatedEffect):
         return np.full(n_unknown, self.inertia == ASSUMED)
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        """With a part of this mass and inertia, seated beside the nearest node."""
+        """Rotor with a part of this mass and inertia, with its offset from the nearest node."""
         radius = self.radius or radius_at(rotor, self.place)
         polar = theta[0] * radius**2 * (theta[1] if self.inertia == FREE else 1.0)
         [*_, shape] = [each.diametral_inertia / each.polar_inertia for each in _disks_at(rotor, self.place)] or [THIN]

@@ -48,7 +48,7 @@ class AnnularSeal(SeatedEffect):
     """A seal around the shaft holds, damps and drags it."""
 
     position: float | None = setting(
-        None, "where it sits; null: at the first seal of the rotor, or disk that is at no bearing", unit="m", at_least=0
+        None, "position of the seal; null: first seal of the rotor, or disk away from bearings", unit="m", at_least=0
     )
     swirl_ratio: float = setting(
         0.5, "λ, mean speed of the liquid around the shaft over the speed of the shaft's surface", at_least=0, at_most=1

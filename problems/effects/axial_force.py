@@ -1,11 +1,11 @@
 """A constant axial force in the whole shaft: tension stiffens it in bending, compression softens it.
 
 Thrust, the pull of a magnet, a tie rod, or a shaft that is hindered from growing as it warms up. It does the work
-½ N ∫ (dw/dz)² dz, a geometric stiffness N K_g beside the elastic one: of a uniform beam on two pins
-ω_n² = (nπ/L)⁴ EI/μ + (nπ/L)² N/μ with μ its mass per length, so that low modes move most (H. D. Nelson, A finite rotating
-shaft element using Timoshenko beam theory, J. Mech. Design 102 (1980) 793–803, doi 10.1115/1.3254824). The shape functions
-are those of the element with its shear, and N acts along the bent axis. Internal damping and the load of a residual bow are
-those of the elastic stiffness alone.
+½ N ∫ (dw/dz)² dz, a geometric stiffness N K_g in addition to the elastic one: of a uniform beam on two pins
+ω_n² = (nπ/L)⁴ EI/μ + (nπ/L)² N/μ with μ its mass per length, so that low modes move most (H. D. Nelson, A finite
+rotating shaft element using Timoshenko beam theory, J. Mech. Design 102 (1980) 793–803, doi 10.1115/1.3254824). The
+shape functions are the element's own, with its shear, and N acts along the bent axis. Internal damping and the load of
+a residual bow follow from the elastic stiffness alone.
 
 Its limits are a quarter of the shaft's buckling load on pins at its bearings (`problems/rotor/free_motion/static_load.py`).
 """

@@ -1,4 +1,4 @@
-"""A bearing that holds the shaft elsewhere than assumed: its forces act beside the node of the model.
+"""A bearing that holds the shaft elsewhere than assumed: its forces act off the node of the model.
 
 The centre of pressure of a journal bearing lies in its middle only where it is aligned; one that bears at an edge holds the shaft by
 half its width nearer to that edge.
@@ -26,7 +26,7 @@ NOTICED = (0.002, 0.015)  # of the shaft's length, to either side, are drawn
 class BearingPosition(PartEffect[Bearing]):
     """A bearing holds the shaft elsewhere."""
 
-    position: float | None = setting(None, "where the model has it; null: the first bearing", unit="m", at_least=0)
+    position: float | None = setting(None, "position in the model; null: the first bearing", unit="m", at_least=0)
 
     says = "The bearing {place} acts {bearing_position_change:further from|nearer to} the shaft's start"
     check_next = "Axial position of the bearing, and where it carries: edge loading, alignment."

@@ -1,8 +1,9 @@
 """Gain of one channel or of one plane other than assumed: y_j (1 + g), real and the same at all speeds.
 
 A probe's scale factor depends on the shaft's material and the cable's length; API 670 lets an eddy-current probe err by
-5 %. A factor of 2 or 25.4 is a unit: peak to peak for 0-peak, mil for µm. A gain that all channels have in common cannot be told apart from the size of the unbalance, and one of all x channels
-looks like anisotropic bearings: only calibration separates these. One oscillator or one shaft material at a plane scales all of its channels.
+5 %. A factor of 2 or 25.4 is a unit: peak to peak for 0-peak, mil for µm. A gain that all channels have in common
+cannot be distinguished from the size of the unbalance, and one of all x channels looks like anisotropic bearings: only
+calibration separates these. One oscillator or one shaft material at a plane scales all of its channels.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ NOTICED = (0.08, 0.25)  # of either sign, are drawn
 class ChannelGain(PlacedEffect):
     """One channel, or all of a plane, read too much or too little."""
 
-    position: float | None = setting(None, "where the channel looks; null: all positions", unit="m", at_least=0)
+    position: float | None = setting(None, "position of the channel; null: all positions", unit="m", at_least=0)
     direction: str | None = setting(None, "the channel's direction: x, y or degrees; null: all")
 
     is_scanned: ClassVar[bool] = False
@@ -52,7 +53,7 @@ class ChannelGain(PlacedEffect):
         return f"{named(self.direction)} {where(self.position)}"
 
     def locations(self, problem: RotorProblem) -> Sequence[ChannelGain]:
-        """Each channel, then each plane of several of a machine as drawn, where there are others to compare with."""
+        """Each channel; on a machine as drawn also each plane of several channels, if others exist."""
         channels = dict.fromkeys(channel for channel in problem.channels if channel.is_1x)
         if len(channels) < 2:
             return []

@@ -1,10 +1,11 @@
 """Rub: where its motion is larger than a clearance, the shaft touches a stop around it and rubs against it.
 
-With r the motion at the place, the stop pushes with −k (1 − δ/|r|) r outside of |r| = δ, and drags against the turning shaft with μ
-times as much, at right angles (the Jeffcott rotor of A. Muszynska, Rotordynamics, 2005, ch. 5, and J. Jiang and H. Ulbrich, Nonlinear
-Dyn. 24 (2001) 269–283). Contact stiffens: peaks are cut off at about the clearance and lean to higher speeds, where run-up and run-down
-differ; an orbit that is no circle has 3X. The clearance is around the shaft as it is without unbalance: one that the shaft leans into,
-with contact on one side and motions at 2X and ½X, is not described, nor is dry whip, a backward whirl at another frequency.
+With r the motion at the place, the stop pushes with −k (1 − δ/|r|) r outside of |r| = δ, and drags against the turning
+shaft with μ times as much, at right angles (the Jeffcott rotor of A. Muszynska, Rotordynamics, 2005, ch. 5, and
+J. Jiang and H. Ulbrich, Nonlinear Dyn. 24 (2001) 269–283). Contact stiffens: peaks are cut off at about the clearance
+and lean to higher speeds, where run-up and run-down differ; a non-circular orbit has 3X. The clearance is around the
+shaft as it is without unbalance: one that the shaft leans into, with contact on one side and motions at 2X and ½X, is
+not described, nor is dry whip, a backward whirl at another frequency.
 
 Without contact stiffness the other unknowns do nothing. What acts is found by harmonic balance, and of several steady motions the one
 that the direction of the run leads to (`ksmea/nonlinear/steady_motion.py`).
@@ -44,7 +45,7 @@ class ClearanceRub(NonlinearEffect, SeatedEffect):
 
     if_nowhere: ClassVar[str] = "this rotor has no disks; give its position, which takes a file"
 
-    position: float | None = setting(None, "where it touches; null: at a disk", unit="m", at_least=0)
+    position: float | None = setting(None, "position of the contact; null: at a disk", unit="m", at_least=0)
 
     words = "rub"
     says = "The shaft touches a stop {place} beyond a clearance of {clearance}"
@@ -55,7 +56,7 @@ class ClearanceRub(NonlinearEffect, SeatedEffect):
         "bilinear_stiffness": "both lean peaks; friction and the place tell them apart: probes at the bearings",
     }
 
-    what, default_place, needs = "rub", "at a disk", "where the shaft rubs"
+    what, default_place, needs = "rub", "at a disk", "the position of the rub"
     sizes = (
         Size("contact_stiffness", "MN/m", (0.0, 1.0), drawn=STIFF, of=stiffness_scale, makes_jumps=True),
         Size("clearance", "µm", (0.0, 1.0), drawn=WIDE, of=_widest, makes_jumps=True),

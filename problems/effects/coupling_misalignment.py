@@ -47,21 +47,21 @@ class CouplingMisalignment(PlacedEffect):
 
     position: float | None = setting(
         None,
-        "where the shaft is coupled; null: the first coupling of the rotor file, or without any the far end that carries no disk",
+        "position of the coupling; null: the first of the rotor file, or without any the far end that carries no disk",
         unit="m",
         at_least=0,
     )
     kind: str = setting(FORCE, "what acts: a force (parallel offset) or a moment (angular offset)", choices=LOADS)
-    twice: bool = setting(False, "whether it acts twice per turn too; data that hold 2X ask for it")
+    twice: bool = setting(False, "whether it also acts twice per turn; a diagnosis sets it if 2X was measured")
 
     is_scanned: ClassVar[bool] = False
     check_next = "Alignment of the coupling, hot and cold; run uncoupled if possible."
     aliases: ClassVar[Mapping[str, str]] = {
-        "crack": "both make 2X; that of a crack peaks at half of a critical speed as its sag does, and has 3X beside it",
+        "crack": "both make 2X; a crack's peaks at half a critical speed, as its sag, and has 3X too",
         "residual_bow": "both turn with the shaft at any speed; run uncoupled, or measure the bow on slow roll",
         "thermal_bow": "both turn with the shaft; a bow of heat is gone when the machine is cold",
         "unbalance": "an unbalance grows with Ω²; measure at low speed too, or run uncoupled",
-        "skewed_disk": "moments that turn with the shaft; that of a disk grows with Ω²: measure at low speed too",
+        "skewed_disk": "moments that turn with the shaft; a disk's grows with Ω²: measure at low speed too",
     }
 
     what = "coupling"

@@ -1,20 +1,21 @@
 """Crack: a transverse crack that breathes under the rotor's weight, and takes bending stiffness away where it is open.
 
 A length ℓ of the shaft loses the part s of its bending stiffness along the diameter through the crack, which turns with
-the shaft and lies at an angle α past +x at t = 0. The crack is open where it lies in the direction of the weight, and closed half a
-turn later: with θ = Ωt + α its angle and γ that of the weight, the loss is
+the shaft and lies at an angle α past +x at t = 0. The crack is open where it lies in the direction of the weight, and
+closed half a turn later: with θ = Ωt + α its angle and γ the angle of the weight, the loss is
 
     s f n nᵀ,    f = ½ (1 + cos(θ − γ)),    n = (cos θ, sin θ),
 
-whose unknowns are s cos α and s sin α. It makes 1X, 2X and 3X of the sag, with peaks at a critical speed, at half and at a
-third of it. The weight rules the breathing as long as the vibration is small beside the sag, which holds for heavy horizontal
-rotors below their critical speeds. An open crack that adds the flexibility c, rad/(N m),
-has s/(1 − s) = c EI/ℓ, so that s depends on the ℓ that is assumed.
+whose unknowns are s cos α and s sin α. It makes 1X, 2X and 3X of the sag, with peaks at a critical speed, at half and
+at a third of it. The weight rules the breathing as long as the vibration is small compared with the sag, which holds
+for heavy horizontal rotors below their critical speeds. An open crack that adds the flexibility c, rad/(N m), has
+s/(1 − s) = c EI/ℓ, so that s depends on the ℓ that is assumed.
 
-An element that the length covers in part is a stepped beam: with F_0 its flexibility, as its right end moves under a force and a
-moment, that of an open crack is F_0 + a g gᵀ with a = s f/(1 − s f), where g gᵀ is the part's own for its mean moment. How the shaft
-is cut into elements matters little then: of the change, (h/z)²/12 is left out in an element of length h at a distance z from where the bending
-moment is 0, as at the end of a shaft. With λ = gᵀ F_0⁻¹ g, the stiffness along F_0⁻¹ g loses the part
+An element that the length covers in part is a stepped beam. Its flexibility, as its right end moves under a force and a
+moment, is F_0, and with an open crack F_0 + a g gᵀ with a = s f/(1 − s f), where g gᵀ is the part's own for its mean
+moment. How the shaft is cut into elements matters little then: of the change, (h/z)²/12 is left out in an element of
+length h at a distance z from where the bending moment is 0, as at the end of a shaft. With λ = gᵀ F_0⁻¹ g, the
+stiffness along F_0⁻¹ g loses the part
 
     a λ/(1 + a λ) = λ s f/(1 − q f) = Σ c_k e^{ik(θ − γ)},    q = s (1 − λ),    p = √(1 − q),
     c_0 = λ s/(p (1 + p)),    c_k = λ s/((1 + p)² p) ρ^{k − 1},    ρ = q/(1 + p)².
@@ -65,17 +66,17 @@ class Crack(PlacedEffect):
     if_nowhere: ClassVar[str] = "give its position"
 
     position: float | None = setting(
-        None, "the middle of the length that it softens; null: that of the shaft", unit="m", at_least=0
+        None, "the middle of the length that it softens; null: the middle of the shaft", unit="m", at_least=0
     )
     length: float | None = setting(
         None, "of the shaft that loses bending stiffness; null: the shaft's diameter there", unit="m", above=0
     )
-    gravity_deg: float = setting(270.0, "where the weight points, past +x towards +y", unit="deg")
+    gravity_deg: float = setting(270.0, "direction of the weight, past +x towards +y", unit="deg")
 
     says = "A crack {place} takes away {crack:size} of the bending stiffness where it is open"
     check_next = "Stop before further runs: inspect the shaft there (dye penetrant, ultrasound); follow 1X and 2X at constant speed."
     aliases: ClassVar[Mapping[str, str]] = {
-        "coupling_misalignment": "both make 2X; that of a crack peaks at half of a critical speed as its sag does, and has 3X beside it",
+        "coupling_misalignment": "both make 2X; a crack's peaks at half a critical speed, as its sag, and has 3X too",
         "shaft_asymmetry": "both make 2X at half of a critical speed; a crack opens and closes, which makes 3X of its sag too: look there",
     }
     is_scanned: ClassVar[bool] = False  # 2X grows with it from 0, where a fit finds it
@@ -87,7 +88,7 @@ class Crack(PlacedEffect):
         return "in the middle" if self.position is None else f"at {self.position:g} m"
 
     def seen_in(self, measurement: Measurement) -> Self | None:
-        """Where harmonics beside 1X were measured: what it does at 1X alone others do too."""
+        """This effect if harmonics other than 1X were measured: at 1X alone, other effects look alike."""
         return None if all(channel.is_1x for channel in measurement.channels) else self
 
     def locations(self, problem: RotorProblem) -> Sequence[Crack]:

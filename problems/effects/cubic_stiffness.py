@@ -1,10 +1,10 @@
-"""Cubic stiffness of the bearings: beside k they hold the shaft with a force k₃ |r|² r, which stiffens or softens as motions grow.
+"""Cubic stiffness of the bearings: a force k₃ |r|² r in addition to k r, stiffening or softening.
 
-Ball bearings stiffen as their balls share the load, mountings of rubber and thin oil films do either; the third power is the first
-that a support which is alike in opposite directions has (A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, 1979, ch. 4). Peaks
-lean to higher speeds where it stiffens, to lower ones where it softens, by more as the unbalance grows; where they fold over, run-up
-and run-down differ. At 3X the shaft answers on an orbit that is no circle. A bearing that softens holds nothing at |r|² = k/|k₃|:
-motions so large are not described.
+Ball bearings stiffen as their balls share the load, mountings of rubber and thin oil films do either; the third power
+is the first that a support which is alike in opposite directions has (A. H. Nayfeh and D. T. Mook, Nonlinear
+Oscillations, 1979, ch. 4). Peaks lean to higher speeds where it stiffens, to lower ones where it softens, by more as
+the unbalance grows; where they fold over, run-up and run-down differ. On a non-circular orbit the shaft also moves at
+3X. A bearing that softens holds nothing at |r|² = k/|k₃|: motions so large are not described.
 
 What acts is found by harmonic balance, and of several steady motions the one that the direction of the run leads to
 (`ksmea/nonlinear/steady_motion.py`).
@@ -36,12 +36,12 @@ def _largest(problem: RotorProblem) -> float:
 
 @dataclass(frozen=True)
 class BearingSprings(NonlinearEffect):
-    """Base of springs beside all bearings, or one, whose force is not linear in the motion, by a `law`."""
+    """Base of springs at one or all bearings, whose force is not linear in the motion, by a `law`."""
 
     law: ClassVar[Law]
     is_scanned: ClassVar[bool] = False  # from 0 on fits lead to it
 
-    positions: list[float] = setting([], "where these springs are, alike; none: at all bearings", unit="m", at_least=0)
+    positions: list[float] = setting([], "positions of these springs, alike; empty: all bearings", unit="m", at_least=0)
 
     def __str__(self) -> str:
         return f"at {self.positions[0]:g} m" if len(self.positions) == 1 else "all bearings"
@@ -55,7 +55,7 @@ class BearingSprings(NonlinearEffect):
     def placed_on(self, problem: RotorProblem) -> Self:
         placed = self if self.positions else dataclasses.replace(self, positions=_bearings(problem))
         for position in placed.positions:
-            require_on_shaft(problem, position, "spring beside a bearing")
+            require_on_shaft(problem, position, "spring at a bearing")
         return placed
 
     def places(self, problem: RotorProblem) -> Sequence[float]:
@@ -63,7 +63,7 @@ class BearingSprings(NonlinearEffect):
 
     def site_law(self) -> SiteLaw:
         if not self.positions:
-            raise SettingError("positions: expected those of the bearings, got none; add the effect to a problem")
+            raise SettingError("positions: expected positions of bearings, got none; add the effect to a problem")
         first, *others = self.positions
         return SiteLaw(first, self.law, further=tuple(others), orders=self.orders, goes_up=self.direction == UP)
 
@@ -78,7 +78,7 @@ class CubicStiffness(BearingSprings):
     says = "Nonlinear bearing stiffness of {cubic_stiffness:(hardening)|(softening)}, {place}"
     check_next = "Clearance and preload of the bearings; repeat the run with less and with more unbalance."
     aliases: ClassVar[Mapping[str, str]] = {
-        "speed_dependent_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
+        "speed_dependent_stiffness": "both move peaks; a run with more unbalance, a run-up and a run-down",
         "clearance_rub": "both lean peaks; a run with more unbalance",
         "bilinear_stiffness": "both lean peaks; a run with far more unbalance, which shows the amplitude where it begins",
     }

@@ -1,4 +1,4 @@
-"""A disk that sits elsewhere along the shaft than assumed: its mass and moments of inertia act beside the node of the model.
+"""A disk that sits elsewhere along the shaft than assumed: its inertia acts off the node of the model.
 
 The centre of mass of an impeller lies millimetres off the middle of its hub, and drawings give the hub. The disk moves and turns as the
 shaft does there (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, section 5.4, for the shapes of the element).
@@ -26,7 +26,7 @@ NOTICED = (0.002, 0.015)  # of the shaft's length, to either side, are drawn
 class DiskPosition(PartEffect[Disk]):
     """A disk sits elsewhere along the shaft."""
 
-    position: float | None = setting(None, "where the model has it; null: the first disk", unit="m", at_least=0)
+    position: float | None = setting(None, "position in the model; null: the first disk", unit="m", at_least=0)
 
     says = "The disk {place} sits {disk_position_change:further from|nearer to} the shaft's start"
     check_next = "Axial position of the disk's centre of mass."

@@ -35,7 +35,7 @@ def _per_damping_ratio(problem: RotorProblem) -> float:
 
 @dataclass(frozen=True)
 class ExternalDamping(RotorEffect):
-    """What surrounds the shaft damps it."""
+    """The surroundings of the shaft damp it."""
 
     says = "The surroundings damp the shaft with {external_damping}"
     check_next = "Liquid or gas around the rotor: flooding, windage, seals."

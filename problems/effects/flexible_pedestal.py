@@ -34,7 +34,7 @@ NOTICED_MASS = (0.06, 0.3)  # of the rotor, are drawn
 
 @dataclass(frozen=True)
 class FlexiblePedestal(RotorEffect):
-    """What carries the bearings gives way, and has a mass."""
+    """The pedestals of the bearings give way, and have a mass."""
 
     extent = ALL_BEARINGS
     loss_factor: float | None = setting(

@@ -3,11 +3,11 @@
 Models put a disk on a point of the shaft, while a hub that is shrunk on carries bending along with it. Friswell, Penny,
 Garvey & Lees, Dynamics of Rotating Machines, 2010, example 5.8.3, compare models of such a seat, as API 684 does. Shear
 flexibility and mass stay. The width is measured about the disk's middle; ends of it may lie anywhere between nodes: the
-stiffness of an element that is covered in part is that of a stepped beam (`problems/rotor/finite_elements/shaft.py`).
+stiffness of an element that is covered in part follows from a stepped beam (`problems/rotor/finite_elements/shaft.py`).
 
-Where no width is given, it is the disk's thickness, as its moments of inertia tell it of a ring, h² = 12 (I_d − I_p/2)/m.
-Where they tell none, as of a disk that is a point, it is the shaft's diameter: hubs are about as long. Of a rotor that was drawn, of a
-file, hubs with an unknown width are tried too: a stiff narrow hub acts much as a less stiff wide one.
+If no width is given, it is the disk's thickness, from its moments of inertia as a ring, h² = 12 (I_d − I_p/2)/m. If
+they give no thickness, as for a point disk, it is the shaft's diameter: hubs are about as long. Of a rotor that was
+drawn, of a file, hubs with an unknown width are tried too: a stiff narrow hub acts much as a less stiff wide one.
 """
 
 from __future__ import annotations

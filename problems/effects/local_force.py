@@ -1,15 +1,16 @@
 """A force or moment at one place of the shaft that follows a law: what `+experiment=locate` finds, as part of a model.
 
-The laws are those of `ksmea.nonlinear.laws` – a vector that turns with the shaft, a spring, damper, mass or cross-coupling, a stop
-… – or a smooth function of speed (`ksmea.nonlinear.smooth_law`). It follows the motion of its site as all else leaves it, and moves
-it. Nothing is said of its cause, and a diagnosis does not try it by itself: that is what a location does, at every place and
-with every law.
+The laws are in `ksmea.nonlinear.laws` – a vector that turns with the shaft, a spring, damper, mass or cross-coupling, a
+stop … – or a smooth function of speed (`ksmea.nonlinear.smooth_law`). It follows the motion of its site as all else
+leaves it, and moves it. Nothing is said of its cause, and a diagnosis does not try it by itself: a location does, at
+every place and with every law.
 
-Limits are those of dimensions: with k the largest stiffness, m the rotor's mass and u the largest unbalance, the scale of
-forces is u k/m, that of the unbalance at the speed √(k/m), of lengths u/m and of times √(m/k). Of either sign, springs go up
-to k, dampers to √(k m), masses to m and unbalances to u; what grows less with speed to ten times its scale, since bands may
-lie far above √(k/m). Moments are forces on an arm as long as the shaft. Amplitudes begin at zero, and so do the parts of a spring-mass. The angle of a vector, or
-of an asymmetry, is that of the data, wherever their phase begins, as that of a further unbalance.
+Limits follow from dimensions: with k the largest stiffness, m the rotor's mass and u the largest unbalance, the scale
+of forces is u k/m, the unbalance force at the speed √(k/m), of lengths u/m and of times √(m/k). Of either sign, springs
+go up to k, dampers to √(k m), masses to m and unbalances to u; forces that grow less with speed go to ten times their
+scale, since bands may lie far above √(k/m). Moments are forces on an arm as long as the shaft. Amplitudes begin at
+zero, and so do the parts of a spring-mass. The angle of a vector, or of an asymmetry, counts from the phase origin of
+the data, as the angle of a further unbalance does.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ class LocalForce(RotorEffect):
 
     if_nowhere: ClassVar[str] = "give its position, which takes a file (problem=extended problem.file=extended.yaml)"
 
-    position: float | None = setting(None, "where it acts; has to be given", unit="m", at_least=0)
+    position: float | None = setting(None, "position of the force; has to be given", unit="m", at_least=0)
     law: str = setting("mass", "what it follows (docs/location.md)", choices=(*LAWS, *MOMENT_LAWS, SMOOTH))
     knots: list[float] = setting(
         [], f"of law={SMOOTH}: speeds at which it has a value of its own, rising; beyond them nothing is known of it",
@@ -98,7 +99,7 @@ class LocalForce(RotorEffect):
         return smooth(np.array(self.knots)) if self.law == SMOOTH else {**LAWS, **MOMENT_LAWS}[self.law]
 
     def locations(self, problem: RotorProblem) -> Sequence[LocalForce]:
-        """Where it is given: it knows of no place by itself."""
+        """This effect if it has a position; it knows of no place by itself."""
         return [] if self.position is None else [self]
 
     def placed_on(self, problem: RotorProblem) -> LocalForce:

@@ -44,7 +44,7 @@ class ProbePosition(PlacedEffect):
         return where(self.position)
 
     def locations(self, problem: RotorProblem) -> Sequence[ProbePosition]:
-        """Each plane, where there is another to compare it with."""
+        """Each plane, if another one exists to compare it with."""
         found = planes(problem)
         return self.at_each(found) if len(found) > 1 else []
 

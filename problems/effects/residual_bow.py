@@ -1,6 +1,6 @@
 """Residual bow: the shaft is bent at rest, and turns with its bend.
 
-Shorter than 40 lines: shapes, load and sources are those of every bow (`problems/rotor/extension/bow.py`).
+Shorter than 40 lines: every bow has these shapes, load and sources (`problems/rotor/extension/bow.py`).
 
 D(Ω) q = f + K_s q_b, with q_b of one or two shapes, the load being the same at all speeds.
 """

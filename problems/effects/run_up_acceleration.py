@@ -1,18 +1,21 @@
 """Run-up or coast-down: the speed sweeps at a constant rate α through the critical speeds while the response is measured.
 
 The peak comes late, at a higher speed in a run-up and at a lower one in a coast-down, is lower, and beats behind it
-(F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253–261). The response counts as that at the measured speed, an instant of it: a tracking filter that averages
-a turn or more blurs beats that are as fast. How it is computed, and what that leaves out: `problems/rotor/extension/run_up.py`.
+(F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253–261). The response is
+taken at the instant of the measured speed: a tracking filter that averages a turn or more blurs beats that are as fast.
+How it is computed, and what is neglected: `problems/rotor/extension/run_up.py`.
 
-A diagnosis tries it where a file has its rows in the order of time or a campaign says which way its runs went
-(`ksmea/measurement/speeds.py`). Where nothing says which way, run-up and coast-down are tried apart: amplitudes alone hardly tell one
-from the other, reversed about another critical speed, and searches end in either. Every beat is a maximum of the likelihood; the
-search goes from steady states along rising rates, where each fit begins where the last one ended.
+A diagnosis tries it if a file has its rows in the order of time or a campaign gives the direction of its runs
+(`ksmea/measurement/speeds.py`). If the direction is unknown, run-up and coast-down are tried apart: amplitudes alone
+hardly distinguish one from the other, reversed about another critical speed, and searches end in either. Every beat is
+a maximum of the likelihood; the search goes from steady states along rising rates, where each fit begins where the last
+one ended.
 
-A rate from times is known to a tolerance (`SpeedHistory.sd`): it is an unknown with a prior. Without times it lies between 0 and a
-limit, 1.5 times the rate if each row is a turn. If rows are no turns either, |α| is no higher than Ω ΔΩ/2π where each is a turn or
-more, and the limit is 1.5 times the median of that. A rate that is exact is the setting `rate` alone: the effect has no unknown then.
-Each run of a campaign has its own rate; a run without one, such as a further run, has that of the first run which goes its way.
+A rate from times is known to a tolerance (`SpeedHistory.sd`): it is an unknown with a prior. Without times it lies
+between 0 and a limit, 1.5 times the rate if each row is a turn. If rows are no turns either, |α| is at most Ω ΔΩ/2π if
+each is a turn or more, and the limit is 1.5 times the median of this bound. A rate that is exact is the setting `rate`
+alone: the effect has no unknown then. Each run of a campaign has its own rate; a run without one, such as a further
+run, has the rate of the first run in its direction.
 """
 
 from __future__ import annotations
@@ -66,7 +69,7 @@ class RunUpAcceleration(RotorEffect):
         [], "standard deviation of each of `rates`; 0: the rate is unknown", unit="rpm/s", at_least=0
     )
     full_speed: float | None = setting(
-        None, "the highest speed that modes must suit; null: that of the problem", unit="rad/s", above=0
+        None, "the highest speed that modes must suit; null: the highest of the problem", unit="rad/s", above=0
     )
 
     words = "fast speed sweep"
@@ -183,7 +186,7 @@ class RunUpAcceleration(RotorEffect):
         return Sweep(acceleration, self.full_speed)
 
     def going(self, run: Run) -> RunUpAcceleration:
-        """Of the rates of a campaign the one of this run, or of the first one that goes its way; none in steady states."""
+        """The effect with the rate of this run, or of the first run in its direction; else steady states."""
         if not self.runs:
             return self
         sign = OF_DIRECTION.get(run.direction, 0.0)

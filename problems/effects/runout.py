@@ -1,9 +1,10 @@
 """Runout: the surface under the probes is not concentric, so that they read a displacement although the shaft does not move.
 
-A constant forward vector r is added to the readings of one measuring plane: y_x += r, y_y += −i r, and e^{−iθ} r to those of a probe
-at θ. A surface that is not round, or magnetised unevenly, gives each probe a vector of its own (slow roll): y_j += a_j + i b_j for
-each probe of a plane, or of all planes. One circle is the special case in which all probes of a plane trace one eccentric surface
-(API 684, slow-roll vector; Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, chapter 7).
+A constant forward vector r is added to the readings of one measuring plane: y_x += r, y_y += −i r, and e^{−iθ} r to the
+reading of a probe at θ. A surface that is not round, or magnetised unevenly, gives each probe a vector of its own (slow
+roll): y_j += a_j + i b_j for each probe of a plane, or of all planes. One circle is the special case in which all
+probes of a plane trace one eccentric surface (API 684, slow-roll vector; Bently & Hatch, Fundamentals of Rotating
+Machinery Diagnostics, 2002, chapter 7).
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class Runout(PlacedEffect):
 
     adds_readings: ClassVar[bool] = True
     says = "Runout of {runout:reading}, seen by {place:probes}"
-    check_next = "It is no fault of the rotor: record a slow-roll vector, or the probe track's surface and magnetism."
+    check_next = "Not a fault of the rotor: record a slow-roll vector, or the probe track's surface and magnetism."
     aliases: ClassVar[Mapping[str, str]] = {
         "residual_bow": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
     }

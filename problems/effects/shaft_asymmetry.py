@@ -42,7 +42,7 @@ NOTICED = (0.002, 0.1)
 class ShaftAsymmetry(RotorEffect):
     """The shaft is stiffer in bending along one diameter than along the other."""
 
-    gravity_deg: float = setting(270.0, "where the weight points, past +x towards +y", unit="deg")
+    gravity_deg: float = setting(270.0, "direction of the weight, past +x towards +y", unit="deg")
 
     says = "The shaft's bending stiffness differs by ± {shaft_asymmetry:size} between two diameters"
     check_next = "Keyways, slots and flats; 2X at half of the critical speed."
@@ -54,12 +54,14 @@ class ShaftAsymmetry(RotorEffect):
     sizes = (VectorSize("shaft_asymmetry", "%", LARGEST, drawn=NOTICED),)
 
     def seen_in(self, measurement: Measurement) -> Self | None:
-        """Where harmonics beside 1X were measured: what it does at 1X alone others do too."""
+        """This effect if harmonics other than 1X were measured: at 1X alone, other effects look alike."""
         return None if all(channel.is_1x for channel in measurement.channels) else self
 
     def turning_rows(self, rotor: Rotor) -> Array:
-        """K_s ≈ Bᵀ B in each plane, with the rows of B those of x, then of y: B = Λ^½ Vᵀ M of the lowest shapes V that bend the
-        shaft, of which Λ are the squared natural frequencies."""
+        """Rows B of x, then of y, with K_s ≈ Bᵀ B in each plane.
+
+        B = Λ^½ Vᵀ M, V being the lowest shapes that bend the shaft and Λ their squared natural frequencies.
+        """
         free = assemble_free(rotor)
         in_plane = [node_dof(node)[IN_X_PLANE] for node in range(len(rotor.node_positions))]
         x_plane, mass = np.concatenate(in_plane), free.mass

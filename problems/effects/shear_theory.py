@@ -2,8 +2,8 @@
 
 Φ = 12EI/(κGAl²) of each element (`problems/rotor/finite_elements/shaft.py`) is multiplied by 1 + s: s = −1 leaves no shear, s = 0 is the
 model as it is, s > 0 a shear coefficient κ that is lower than Cowper's by 1/(1 + s), as of slotted, laminated and built-up
-shafts. Where the model has no shear, s is in terms of Timoshenko's. Short waves feel shear most: it lowers ω_n² of a beam on
-two pins by about 1 + (nπ/L)² EI/(κGA). Rotary inertia stays: it follows from the density, and is no choice of theory.
+shafts. If the model has no shear, s refers to Timoshenko's. Short waves feel shear most: it lowers ω_n² of a beam on
+two pins by about 1 + (nπ/L)² EI/(κGA). Rotary inertia stays: it follows from the density, not from the theory.
 
 S. P. Timoshenko, On the correction for shear of the differential equation for transverse vibrations of prismatic bars,
 Phil. Mag. 41 (1921) 744–746, doi 10.1080/14786442108636264; G. R. Cowper, J. Appl. Mech. 33 (1966) 335–340,

@@ -1,9 +1,9 @@
 """Short journal bearing: an oil film between journal and bush, in series with what the model has for bearings.
 
 The film has stiffness and damping that change with speed, are coupled across, and differ along and across the load
-(`problems/rotor/extension/short_bearing.py`). The model's coefficients are those of what holds the bush; at no clearance the film is rigid
-and the shaft feels them alone, z = (1 + z_b A)⁻¹ z_b with A = (K + iΩC)⁻¹ of the film. Each bearing carries its share of the
-rotor's weight; all else is alike.
+(`problems/rotor/extension/short_bearing.py`). The model's coefficients describe the support of the bush; without
+clearance the film is rigid and the shaft feels them alone, z = (1 + z_b A)⁻¹ z_b with A = (K + iΩC)⁻¹ of the film. Each
+bearing carries its share of the rotor's weight; all else is alike.
 
 The unknown is the compliance s that the film would have without any load at the highest speed Ω₁, by which the clearance is
 
@@ -49,11 +49,11 @@ class ShortJournalBearing(RotorEffect):
 
     extent = ALL_BEARINGS
     diameter: float | None = setting(
-        None, "D of the journals; null: that of the shaft at the first bearing", unit="m", above=0
+        None, "D of the journals; null: the shaft's diameter at the first bearing", unit="m", above=0
     )
     length: float | None = setting(None, "L of the bearings; null: a quarter of the diameter", unit="m", above=0)
     viscosity: float = setting(0.02, "η of the oil; ISO VG 32 has 0.02 at 55 °C", unit="Pa s", above=0)
-    load_angle: float = setting(-90.0, "where the static load points, from x towards y", unit="deg")
+    load_angle: float = setting(-90.0, "direction of the static load, from x towards y", unit="deg")
     loads_n: list[float] = setting(
         [], "static load of each bearing; empty: its share of the rotor's weight", unit="N", above=0
     )

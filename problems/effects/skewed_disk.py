@@ -1,7 +1,8 @@
 """Skewed disk: a disk that is fitted at a small angle τ to the shaft, so that its inertia bends the shaft as it turns.
 
-The disk's own axis turns with the shaft at τ beside it. What it takes to whirl it so is a moment that turns forward and grows
-with Ω² (M. I. Friswell, J. E. T. Penny, S. D. Garvey & A. W. Lees, Dynamics of Rotating Machines, 2010, chapter 6):
+The disk's own axis turns with the shaft, tilted by τ. What it takes to whirl it so is a moment that turns forward and
+grows with Ω² (M. I. Friswell, J. E. T. Penny, S. D. Garvey & A. W. Lees, Dynamics of Rotating Machines, 2010,
+chapter 6):
 
     M = (I_d − I_p) Ω² (τ_x + i τ_y) (1, −i)    about (x, y),
 
@@ -38,7 +39,7 @@ class SkewedDisk(SeatedEffect):
     """A disk is not square to the shaft."""
 
     position: float | None = setting(
-        None, "where the disk sits; null: the first one whose polar and diametral inertia differ", unit="m", at_least=0
+        None, "position of the disk; null: the first one whose polar and diametral inertia differ", unit="m", at_least=0
     )
 
     is_scanned: ClassVar[bool] = False
@@ -46,7 +47,7 @@ class SkewedDisk(SeatedEffect):
     check_next = "Dial gauge on the disk's face; re-mount or re-machine the fit."
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both grow with Ω² and turn with the shaft; a second critical speed, a trial weight, a dial gauge on the rim",
-        "coupling_misalignment": "moments that turn with the shaft; that of a disk grows with Ω²: measure at low speed too",
+        "coupling_misalignment": "moments that turn with the shaft; a disk's grows with Ω²: measure at low speed too",
     }
 
     what, default_place, needs = "disk", "the first disk", "a disk whose polar and diametral inertia differ"

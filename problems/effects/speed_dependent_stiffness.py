@@ -56,7 +56,7 @@ class SpeedDependentStiffness(SlopeOverSpeed):
     says = "Bearing stiffness is {stiffness_slope:higher|lower} at full speed than at rest"
     check_next = "Oil temperature, preload and load over the run; identify bands of speed by themselves."
     aliases: ClassVar[Mapping[str, str]] = {
-        "cubic_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
+        "cubic_stiffness": "both move peaks; a run with more unbalance, a run-up and a run-down",
         "youngs_modulus": "both move the peaks; several critical speeds, or tap the rotor hanging free",
         "mass": "both move the peaks; several critical speeds, or weigh the rotor",
         "flexible_pedestal": "a pedestal's mass softens it with speed too; a sensor on the casing",

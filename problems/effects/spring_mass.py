@@ -41,7 +41,7 @@ def _most_damped(problem: RotorProblem) -> float:  # so that what is drawn is a 
 class SpringMassOnShaft(SeatedEffect):
     """A mass on a spring moves with the shaft and against it."""
 
-    position: float | None = setting(None, "where it sits; null: on the first disk or end", unit="m", at_least=0)
+    position: float | None = setting(None, "position of the mass; null: the first disk or end", unit="m", at_least=0)
 
     is_scanned: ClassVar[bool] = (
         False  # starts come from the force at its place; scans of three unknowns at each place take minutes
@@ -50,7 +50,7 @@ class SpringMassOnShaft(SeatedEffect):
     says = "A mass of {attached_mass} moves on a spring against the shaft {place}, with a natural frequency of {attached_frequency}"
     check_next = "Flexible disks, blades, a coupling half or a loose part there: tap it at rest."
     aliases: ClassVar[Mapping[str, str]] = {
-        "added_mass": "both lower natural frequencies; a speed near its own frequency, where the shaft stands still",
+        "added_mass": "both lower natural frequencies; a speed near its own frequency: the shaft stands still there",
         "foundation_resonance": "both add a resonance; a sensor on the foundation, a tap test of the part at rest",
     }
 

@@ -48,7 +48,7 @@ class ThermalBow(Bow):
     grown: list[float] = setting([], "part of the bow that has grown at these, from 0 to 1", at_least=0, at_most=1)
     of_run: str = setting(
         ALIKE,
-        "up: in runs of a campaign that go up half of it grows, and the other half in those that go down; alike: all of it in each",
+        "up: half of it grows in runs that go up, the other half in runs that go down; alike: all of it in each run",
         choices=tuple(OF_RUN),
     )
 

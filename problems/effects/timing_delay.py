@@ -33,7 +33,7 @@ NOTICED = (10 * MICROSECOND, 300 * MICROSECOND)  # of either sign, are drawn
 class TimingDelay(PlacedEffect):
     """Readings are late by a constant time."""
 
-    position: float | None = setting(None, "where the late channel looks; null: all positions", unit="m", at_least=0)
+    position: float | None = setting(None, "position of the late channel; null: all positions", unit="m", at_least=0)
     direction: str | None = setting(None, "the late channel's direction: x, y or degrees; null: all")
 
     is_scanned: ClassVar[bool] = False

@@ -32,7 +32,7 @@ class FurtherUnbalance(SeatedEffect):
     """A further disk is out of balance."""
 
     position: float | None = setting(
-        None, "where it sits; null: on the first disk that the model has no unbalance on", unit="m", at_least=0
+        None, "position of the unbalance; null: the first disk without unbalance in the model", unit="m", at_least=0
     )
 
     is_scanned: ClassVar[bool] = False

@@ -102,7 +102,7 @@ class UnequalBearings(RotorEffect):
 
 
 def _difference(sizes: Mapping[str, SizeRecord], part: str) -> tuple[str, dict[str, SizeRecord]]:
-    """What is said of a bearing's stiffness or damping, 'is {…:stiffer|softer} in x and y', and its sizes by the names in it."""
+    """Words for a bearing's stiffness or damping, 'is {…:stiffer|softer} in x and y', and sizes by name."""
     verb, words = ("is", "stiffer|softer") if part == STIFFNESS else ("damps", "more|less")
     x, y = sizes["x"], sizes["y"]
     if x.holds(y.value) and y.holds(x.value):

@@ -269,7 +269,7 @@ def read_inexact(
 
 
 def _of_kind(items: Sequence[Item], *, is_input: bool) -> tuple[Item, ...]:
-    """The numbers that are searched, or those that are known to a tolerance alone."""
+    """The numbers that are searched, or the numbers that are only known to a tolerance."""
     return tuple(item for item in items if item.parameter.is_input == is_input)
 
 

@@ -190,7 +190,7 @@ def test_of_two_sheets_with_a_run_none_is_suggested(folder, capsys):
     book("a.xlsx", ("Up", RUN_UP_ROWS), ("Down", RUN_UP_ROWS))
     said = questions(capsys, "a.xlsx")
     assert re.findall(r"^  --([\w-]+): ", said, re.MULTILINE) == OPEN
-    assert "--sheet SHEET" in said and "the other questions are those of Up" in said
+    assert "--sheet SHEET" in said and "the other questions are about Up" in said
     words = answered(said.splitlines()[-1], {"probes": ["@0.1@x"], "phase": "lag"})
     assert main.run(words) == 2 and "unknown sheet" in capsys.readouterr().err  # a word in capitals is no answer
     words[words.index("SHEET")] = "Down"

@@ -132,7 +132,7 @@ def test_channels_with_speeds_of_their_own_are_interpolated(folder):
     # what is stated of the error holds: 2 % of each vector
     assert np.max(np.abs(data.values[:, 1] * 1e6 / response_at(rpm) - 1)) < 0.02
     assert data.values[:, 0] * 1e6 == pytest.approx(response_at(rpm), rel=1e-9)
-    assert "common speeds, those of x at 0.1 m" in source.remarks[0]
+    assert "common speeds, from x at 0.1 m" in source.remarks[0]
 
 
 def test_interpolation_states_its_uncertainty(folder):

@@ -102,7 +102,7 @@ def test_the_force_has_the_size_and_the_phase_that_acts(record):
 
 def test_the_text_says_where_and_what(record):
     said = text(record)
-    assert said.startswith("The model does not fit: what it leaves is no noise (p = ")
+    assert said.startswith("The model does not fit: its residuals are not noise (p = ")
     assert "An unknown force that is free at every speed explains the data at " in said
     assert "1 m (disk 3)" in said
     assert "forward and backward alike" in said

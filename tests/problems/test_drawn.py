@@ -169,5 +169,5 @@ def test_the_measurement_is_of_the_instance_with_its_noise():
 
 
 def test_the_noise_of_another_instance_is_refused():
-    with pytest.raises(SettingError, match=r"measurement\.instance: expected that of the problem, 7, got 0"):
+    with pytest.raises(SettingError, match=r"measurement\.instance: expected 7 as in the problem, got 0"):
         DrawnNoise(family="isotropic").layout(Drawn(family="isotropic", instance=7))

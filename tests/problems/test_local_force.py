@@ -145,7 +145,7 @@ def test_what_is_not_linear_in_the_motion_is_solved_for_by_either_route(law):
 def test_what_is_not_linear_has_no_response_to_loads_and_no_second_of_its_kind(law):
     problem = local(law).added_to(PLAIN)
     x = np.concatenate([TRUTH, np.zeros(len(problem.parameters) - len(TRUTH))])[None]
-    with pytest.raises(SettingError, match="expected a law that is linear in the motion beside loads"):
+    with pytest.raises(SettingError, match="expected a law that is linear in the motion together with loads"):
         problem.load_response(x, [Load(1.0, "x")])
 
 

@@ -69,5 +69,5 @@ def test_of_several_steady_motions_that_next_to_a_given_one_is_met_whichever_way
 @pytest.mark.parametrize("name", VALUES)
 @pytest.mark.parametrize("other", ["run_up_acceleration", "shaft_asymmetry"])
 def test_what_moves_at_other_frequencies_is_refused_beside_it(name, other):
-    with pytest.raises(SettingError, match="expected forces that are linear in the motion beside"):
+    with pytest.raises(SettingError, match="expected forces that are linear in the motion together with"):
         registry.create("effect", other, {}).added_to(place(name).added_to(PLAIN))

@@ -114,7 +114,7 @@ def test_forces_that_are_not_linear_in_the_motion_have_no_modes():
     problem, _ = rk4()
     law = next(key for key, law in LAWS.items() if isinstance(law, NonlinearLaw))
     rub = registry.create("effect", "local_force", {"position": 0.16, "law": law})
-    with pytest.raises(SettingError, match="expected forces that are linear in the motion beside a sweep"):
+    with pytest.raises(SettingError, match="expected forces that are linear in the motion together with a sweep"):
         acceleration(problem).added_to(rub.added_to(problem))
 
 

@@ -19,7 +19,7 @@ PAUSE = 10  # times the usual time between runs
 
 
 def balance_chart(record: BalanceRecord) -> Chart:
-    """The response; below it drift and runs, where there are any."""
+    """The response, with drift and runs below it if they exist."""
     panels = [_responses(record)]
     panels += [_drift(record)] if record.drift else []
     panels += [_runs(record)] if record.method == "free" and record.run_p else []
@@ -32,9 +32,7 @@ def balance_chart(record: BalanceRecord) -> Chart:
         else ""
     )
     if record.method == "free" and record.run_p:
-        said += (
-            " p of each run's response being that of its known weights; below the dashed line a run does not fit them."
-        )
+        said += " p of each run's response with its known weights; below the dashed line a run does not fit them."
     return Chart(
         "Before and after the correction", said, tuple((panel,) for panel in panels),
         choices=_choices("entry", "speed and channel", [entry_name(each.entry) for each in record.drift]),

@@ -40,10 +40,11 @@ class Axis:
 
 @dataclass(frozen=True, kw_only=True)
 class Element:
-    """What all that is drawn has alike. Elements of one name share an entry of the legend; without a name they have none.
+    """Common attributes of all that is drawn.
 
-    `said` shows where the pointer is: a text for each point, or one with values as in '{y:.2f} Hz at {x:.0f} rpm'. `tags` are
-    what a page chooses by (`Choice`).
+    Elements of one name share an entry of the legend; without a name they have no entry. `said` is shown at the
+    pointer: a text for each point, or one with values as in '{y:.2f} Hz at {x:.0f} rpm'. A page chooses elements by
+    their `tags` (`Choice`).
     """
 
     name: str = ""
@@ -253,8 +254,10 @@ def stacked_bars(at: Values, parts: Mapping[str, tuple[Array, str]]) -> Iterator
 
 
 def ends_of(panels: Iterable[Panel], along: Along) -> tuple[float, float]:
-    """The least and the largest value that the elements of panels have on an axis, above 0 on a logarithmic one; where there is
-    none, 1 and 1."""
+    """The least and the largest value that the elements of panels have on an axis; 1 and 1 without values.
+
+    On a logarithmic axis only values above 0 count.
+    """
     found = [np.ones(0)]
     for panel in panels:
         values = [

@@ -253,7 +253,7 @@ def _axis(scale: Axis, panels: Sequence[Panel], side: str) -> Layout:
 
 
 def _with_room(scale: Axis, panels: Sequence[Panel], side: str) -> list[float]:
-    """Ends of an axis as plotly counts them: those that are given, or of all that is drawn, with some room."""
+    """Ends of an axis as plotly counts them: the given ones, else of all that is drawn, with room."""
     place = np.log10 if scale.scale == "log" else place_on(scale)
     low, high = place(ends_of(panels, "x" if side == "x" else "y"))
     room = ROOM * (high - low) or 0.5

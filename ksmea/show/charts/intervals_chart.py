@@ -19,9 +19,12 @@ ROW = 0.48  # inches for each unknown
 
 
 def intervals_chart(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], caption: str) -> Chart:
-    """Of each unknown, by name, the value and interval of each series, by name; `truth` has true values in the same units.
-    What is drawn is the difference from the value of the last series that has the unknown, in per cent of it, of an angle in per
-    cent of 1 rad, as far as `FAR` times what the intervals of these reach; a value beyond is an arrow at that edge."""
+    """Values and intervals of the unknowns, by name, in each series, by name, as deviations in per cent.
+
+    Deviations are from the value of the last series that has the unknown, in per cent of it; of an angle, in per cent
+    of 1 rad. `truth` has true values in the same units. The axis reaches at most `FAR` times as far as the intervals of
+    these last series; a value beyond is an arrow at its edge.
+    """
     series = list(dict.fromkeys(name for of in unknowns.values() for name in of))
     names = list(unknowns)
     believed = {name: list(of.values())[-1] for name, of in unknowns.items()}

@@ -144,7 +144,7 @@ def _speeds(rpm: Array) -> list[str]:
 
 
 def _marks(response: Response) -> str:
-    """Which mark is which part of residuals, where there are several."""
+    """Legend of the marks of the parts of residuals; empty for a single part."""
     parts = next(iter(response.residuals.values()), {})
     legend = [f"{mark} {part}" for part, mark in zip(parts, MARKS)]
     return f" ({'; '.join(legend)})" if len(legend) > 1 else ""

@@ -30,7 +30,7 @@ LEAST_ACROSS = (
 
 @dataclass(frozen=True)
 class ModelCurve:
-    """A model's response (n, n_channel) µm at its own speeds (n,) rpm; `breaks` are where those of a further run begin."""
+    """A model's response (n, n_channel) µm at its own speeds (n,) rpm; further runs begin at `breaks`."""
 
     speed: Array
     values: ComplexArray

@@ -70,7 +70,7 @@ def _height(layout: RotorLayout) -> float:
 
 
 class _Scaled:
-    """A drawing in the unit of its axes. Lengths of symbols follow that of the shaft."""
+    """A drawing in the unit of its axes. Lengths of symbols are in proportion to the length of the shaft."""
 
     def __init__(self, layout: RotorLayout, unit: float) -> None:
         self.layout, self.unit = layout, unit
@@ -169,7 +169,7 @@ class _Scaled:
                     yield self._text(place, at, f"{name} {number}" if number == 1 else str(number), INK, "top")
 
     def marks_above(self) -> Iterator[Element]:
-        """Unbalance, probes and effects: a line to each place, and its words where those of no other place are."""
+        """Unbalance, probes and effects: a line to each place, and words clear of the words of other places."""
         foot = self.layout.largest_radius + 0.9 * ROW * self.length
         for mark, first in _stacked(_marks(self.layout), self.length):
             level, start = foot + first * ROW * self.length, self.layout.shaft_radius(mark.place)
@@ -247,7 +247,7 @@ def _is_crowded(layout: RotorLayout) -> bool:
 
 
 def _drops(layout: RotorLayout) -> list[float]:
-    """How far (m) the words of each disk stand lower than those of others: by two lines next to a near one."""
+    """How far (m) the words of each disk are lowered: by two lines if they are next to a near disk."""
     drops: list[float] = []
     for index, disk in enumerate(layout.disks):
         near = index > 0 and disk.position - layout.disks[index - 1].position < WORDS * layout.length
@@ -288,7 +288,7 @@ def _marks(layout: RotorLayout) -> list[_Mark]:
 
 
 def _stacked(marks: list[_Mark], length: float) -> list[tuple[_Mark, int]]:
-    """Each mark with the lowest row from which on its lines are free of those of the places next to it."""
+    """Each mark with the lowest row in which its lines keep clear of the lines of neighbouring marks."""
     placed: list[tuple[_Mark, int]] = []
     for mark in marks:
         near = [(first, first + len(each.lines)) for each, first in placed if mark.place - each.place < NEAR * length]
@@ -299,7 +299,7 @@ def _stacked(marks: list[_Mark], length: float) -> list[tuple[_Mark, int]]:
 
 
 def _apart(places: list[float], least: float) -> list[float]:
-    """Rising places without those that are less than `least` behind another one."""
+    """Rising places, without places that are at most `least` behind the one before."""
     kept = places[:1]
     for place in places[1:]:
         if place - kept[-1] > least:

@@ -61,7 +61,7 @@ def _critical_speed(each: CriticalSpeed) -> str:
 
 
 def _amplifications(critical: Sequence[CriticalSpeed], highest: float) -> Iterator[Words]:
-    """Words next to critical speeds, rising: those of neighbours on different sides, ever further away."""
+    """Words next to critical speeds, rising; words of neighbours alternate sides, ever further away."""
     place = 0
     for index, each in enumerate(critical):
         place = place + 1 if index and each.speed - critical[index - 1].speed < NEAR * highest else 0
@@ -125,7 +125,7 @@ def _is_on_a_branch(critical: CriticalSpeed, branches: Branches) -> bool:
 
 
 def speed_map_chart(found: Rotordynamics) -> Chart:
-    """Forward and backward critical speeds of the shaft on bearings of one stiffness; dotted: those of the model."""
+    """Forward and backward critical speeds over bearing stiffness; dotted: stiffnesses of the model."""
     drawn = found.speed_map
     if drawn is None:
         raise SettingError(

@@ -106,7 +106,7 @@ def _which_sheet(book: Any, names: list[str], path: str, headings: Sequence[str]
     if not fitting:
         return OpenQuestion(said, "sheet", ("SHEET",), None)
     return OpenQuestion(
-        f"{said}; the other questions are those of {shortened(fitting[0])}", "sheet", ("SHEET",), fitting[0]
+        f"{said}; the other questions are about {shortened(fitting[0])}", "sheet", ("SHEET",), fitting[0]
     )
 
 

@@ -140,8 +140,8 @@ def _curve(each: dict[str, Any], number: int, answers: Answers) -> Curve:
         )
     if abscissa == OF_FREQUENCY and answers.speed_unit != "Hz":
         raise SettingError(
-            f"{where}: expected a function over the speed, got one over a frequency; where that is the speed of rotation, give"
-            " speed_unit=Hz"
+            f"{where}: expected a function over the speed, got one over a frequency; if that is the speed of"
+            " rotation, give speed_unit=Hz"
         )
     if abscissa not in (OF_FREQUENCY, OF_SPEED):
         raise SettingError(f"{where}: expected a function over the speed (abscissa type 19), got type {abscissa}")

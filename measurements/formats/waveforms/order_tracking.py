@@ -6,20 +6,21 @@ squares, by a constant and a harmonic series,
 
     x(t) ≈ a + Σ_h Re(q_h e^{ihθ(t)}).
 
-Each q_h is zero to peak and its phase is a lead, counted from the mark's edge (`keyphasor`). Samples need not divide the turn evenly. The first harmonics
-are fitted along even where nobody asks for them, so that they do not leak into those that are asked for. White noise of σ in each of
-n samples makes a vector of variance 4 σ²/n. The gap of a probe drifts: the fit is done again without the line through the constants
-of neighbouring windows, since a straight line in each would cost 1X nearly half of its precision. Nor need samples be even in time:
-each counts at its own angle, as a logger's clock says it, and windows in which samples are missing are left out.
+Each q_h is zero to peak and its phase is a lead, counted from the mark's edge (`keyphasor`). Samples need not divide
+the turn evenly. The first harmonics are always fitted too, so that they do not leak into the requested ones. White
+noise of σ in each of n samples makes a vector of variance 4 σ²/n. The gap of a probe drifts: the fit is repeated
+without the line through the constants of neighbouring windows, since a straight line in each would cost 1X nearly half
+of its precision. Nor need samples be even in time: each counts at its own angle, as a logger's clock says it, and
+windows in which samples are missing are left out.
 
 The noise of a vector is what differs from one window to the next: of white noise the second difference of three disjoint windows
 has the variance 6 s², and a vector that changes evenly with speed leaves nothing of itself there.
 
-A pulse with steep edges is known to a sample: with 60 samples in a turn the speed of one turn would be wrong by up to 1.7 %, which is
-more than the width of a sharp resonance. How far pulses lie off an even course shows in the third differences of their times, which a
-steady acceleration leaves at 0 and independent errors of σ at √20 σ. Where that makes turns uneven, each time is that of a cubic
-through the pulses around it (A. Savitzky & M. J. E. Golay, Anal. Chem. 36 (1964) 1627–1639, doi 10.1021/ac60214a047), through as many
-as the speed needs.
+A pulse with steep edges is known to a sample: with 60 samples in a turn the speed of one turn would be wrong by up to
+1.7 %, which is more than the width of a sharp resonance. How far pulses lie off an even course shows in the third
+differences of their times, which are 0 for a steady acceleration and √20 σ for independent errors of σ. If these make
+turns uneven, each time is taken from a cubic through the pulses around it (A. Savitzky & M. J. E. Golay, Anal. Chem. 36
+(1964) 1627–1639, doi 10.1021/ac60214a047), through as many as the speed needs.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     columns=[time=t,keyphasor=KPH,signal.1X=probe A,signal.1Y=probe B]
 
-Without `time` the `sampling` rate is needed. `order_tracking` makes the vectors: zero to peak, a phase that leads. Without a
-keyphasor the speed is that of a column (`speed=n`), `constant_speed`, or the strongest vibration in `speed_band`; then there are
-amplitudes alone.
+Without `time` the `sampling` rate is needed. `order_tracking` makes the vectors: zero to peak, a phase that leads.
+Without a keyphasor the speed comes from a column (`speed=n`), `constant_speed`, or the strongest vibration in
+`speed_band`; then there are amplitudes alone.
 """
 
 from __future__ import annotations

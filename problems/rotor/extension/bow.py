@@ -142,7 +142,7 @@ def in_words(shape: str) -> str:
 
 
 def _where(shape: str) -> str:
-    """Where a shape has its size."""
+    """Words for the place at which a shape has its size."""
     return "in its middle" if shape in IN_WORDS else f"at most, {in_words(shape)}"
 
 

@@ -181,7 +181,7 @@ def places_of(parts: Iterable[HasPosition], rotor: Rotor) -> list[float]:
 
 
 def distinct(positions: Iterable[float], rotor: Rotor) -> list[float]:
-    """Positions, m, without those that differ from an earlier one by rounding."""
+    """Positions, m, each once: equal ones may differ by rounding."""
     found: list[float] = []
     for position in positions:
         if all(abs(position - other) > SAME_PLACE * rotor.length for other in found):
@@ -190,7 +190,7 @@ def distinct(positions: Iterable[float], rotor: Rotor) -> list[float]:
 
 
 def planes(problem: RotorProblem) -> list[float]:
-    """Where the probes look, each position once, m."""
+    """Positions of the probes, each once, m."""
     return list(dict.fromkeys(channel.position for channel in problem.channels))
 
 

@@ -58,18 +58,18 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         sweeps = self.sweeps(self.parts(np.zeros((1, d)))[1])
         if sweeps and read_housings(self.base.rotor, self.seen_channels):
             raise SettingError(
-                "effects: expected probes against the ground beside a sweep of the speed, got some on housings"
+                "effects: expected probes against the ground together with a sweep of the speed, got some on housings"
             )
         laws = [site.law for effect in self.effects if (site := effect.site_law())]
         if sweeps and (own := [law.name for law in laws if law.has_own_mode]):
             raise SettingError(
-                f"effects: expected forces without a mode of their own beside a sweep of the speed, got {own[0]}"
+                f"effects: expected forces without a mode of their own together with a sweep of the speed, got {own[0]}"
             )
         nonlinear = [law.name for law in laws if isinstance(law, NonlinearLaw)]
         if nonlinear and (self._turning.are_there or sweeps):
             beside = "a stiffness that turns with the shaft" if self._turning.are_there else "a sweep of the speed"
             raise SettingError(
-                f"effects: expected forces that are linear in the motion beside {beside}, got {nonlinear[0]}"
+                f"effects: expected forces that are linear in the motion together with {beside}, got {nonlinear[0]}"
             )
 
     @cached_property
@@ -277,7 +277,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
     def _reduced_load_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x)
         if self._turning.are_there:
-            raise SettingError("effects: expected none that turns beside unit loads, got one; take it out")
+            raise SettingError("effects: expected none that turns together with unit loads, got one; take it out")
         motion = np.moveaxis(columns[..., 1:], -1, 0)  # (n_load, n, n_speed, n_seen)
         at_rest = self.observed(np.zeros(motion.shape[1:], dtype=complex), of_effects)  # runout is read at rest too
         return np.stack([self.observed(each, of_effects) - at_rest for each in motion], axis=-1)

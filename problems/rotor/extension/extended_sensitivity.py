@@ -4,9 +4,9 @@ The rotor obeys D q = F s, with loads F of sizes s. In the motion that a row c r
 
     c dq = yᵀ (dF s − dD q) + c D⁻¹ F ds,    Dᵀ y = c,
 
-so that motion and adjoint rows at one point are enough for all unknowns. Impedances change D at the ports alone, where the
-receptances have both. An effect that changes the rotor changes D and F anywhere: motion and rows are then solved for over the
-whole shaft, with one factorisation per speed.
+so that motion and adjoint rows at one point are enough for all unknowns. Impedances change D at the ports alone, and
+the receptances have both there. An effect that changes the rotor changes D and F anywhere: motion and rows are then
+solved for over the whole shaft, with one factorisation per speed.
 
 What effects themselves do is differenced: impedances, sizes of loads, matrices of the rotor, and what forces by laws and probes
 make of the motion. These are small arrays, and no rotor is solved for them.

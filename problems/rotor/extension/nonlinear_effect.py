@@ -19,7 +19,7 @@ OF_HISTORY = {"run-up": UP, "coast-down": DOWN}
 
 @dataclass(frozen=True)
 class NonlinearEffect(RotorEffect):
-    """Where a resonance curve folds over, the direction says which of several steady motions is measured."""
+    """Base of nonlinear effects; if a resonance folds over, `direction` selects the steady motion."""
 
     direction: str = setting(
         UP, "direction of the slow change of speed, if the run does not state it", choices=(UP, DOWN)

@@ -32,13 +32,15 @@ def with_nonlinear_forces(
     at_order: AtOrder,
     near: ComplexArray | None = None,
 ) -> tuple[ComplexArray, ComplexArray | None]:
-    """The motion (n, n_speed, n_seen, 1) with these forces acting, at all harmonics that channels look at; and that of their sites,
-    (n, n_speed, n_order, n_unit), or None where there are none. `near` (n_speed, n_order, n_unit) is such a motion next to which it is.
+    """Motion (n, n_speed, n_seen, 1) with nonlinear forces acting, at all harmonics of the channels.
 
-    `columns` (n, n_speed, n_seen, 1 + n_unit) are the motion without and the responses to unit forces in x and y at all sites.
-    `at_order` gives responses to these at another harmonic: of the seen channels, and behind them of the sites,
-    (n, n_speed, n_seen + n_unit, n_unit). Raises `SettingError` where there are further columns: to loads there is no response of
-    its own.
+    `columns` (n, n_speed, n_seen, 1 + n_unit) are the motion without these forces and the responses to unit forces in x
+    and y at all sites. `at_order` gives responses to the unit forces at another harmonic: of the seen channels, and
+    behind them of the sites, (n, n_speed, n_seen + n_unit, n_unit). `near` (n_speed, n_order, n_unit) is a motion of
+    the sites; the steady motion next to it is found.
+
+    Also returns the motion of the sites, (n, n_speed, n_order, n_unit); None without forces. Raises `SettingError` if
+    there are further columns: a nonlinear rotor has no response to loads alone.
     """
     if not forces:
         return columns, None
@@ -46,7 +48,9 @@ def with_nonlinear_forces(
     laws = [site.law for site in sites if isinstance(site.law, NonlinearLaw)]
     rows = [seen.index(channel) for site in sites for channel in site.channels]
     if columns.shape[-1] > 1 + len(rows):
-        raise SettingError(f"effects: expected a law that is linear in the motion beside loads, got {laws[0].name}")
+        raise SettingError(
+            f"effects: expected a law that is linear in the motion together with loads, got {laws[0].name}"
+        )
     orders = sorted({order for site in sites for order in site.orders} - {1})
     further = {order: at_order(order) for order in orders}
     alone = columns[:, :, rows, 0]
@@ -88,10 +92,11 @@ def _begins(motion: ComplexArray) -> ComplexArray:
 def responses_at_order(
     columns: ComplexArray, linear: Sequence[Force], n_seen: int, speed: Array, order: int
 ) -> ComplexArray:
-    """What `with_nonlinear_forces` requests at an order, with forces by linear laws acting.
+    """Responses that `with_nonlinear_forces` requests at an order, with forces by linear laws acting.
 
-    `columns` (n, n_speed, n_seen + n_unit, n_unit) are those without, to unit forces at the sites of linear laws and behind them of
-    the others, seen by the channels and at the same sites."""
+    `columns` (n, n_speed, n_seen + n_unit, n_unit) are the responses without these forces to unit forces at the sites
+    of linear laws and behind them of the others, seen by the channels and at the same sites.
+    """
     for site, coefficients in linear:
         per_force, rows = columns[..., :2], columns[:, :, n_seen : n_seen + 2]
         columns = np.delete(np.delete(columns, (0, 1), axis=3), (n_seen, n_seen + 1), axis=2)
@@ -110,9 +115,12 @@ def dense_motion(
     force: ComplexArray,
     forces: tuple[Sequence[Force], Sequence[Force]],
 ) -> ComplexArray:
-    """The motion (n_speed, n_seen) of one set by solving with the whole dynamic stiffness, under nodal forces (n_speed, n_dof);
-    `seen` are the channels by name and where their probes are, `bearings` gives impedances between all ports
-    (n_port, n_port, n_speed) at a harmonic, `forces` are those that are linear in the motion, and others."""
+    """Motion (n_speed, n_seen) of one set by solving with the whole dynamic stiffness.
+
+    `force` (n_speed, n_dof) are nodal forces; `seen` are the channels by name and where their probes are; `bearings`
+    gives impedances between all ports (n_port, n_port, n_speed) at a harmonic; `forces` are the forces that are linear
+    in the motion, and the others.
+    """
     (linear, nonlinear), (named, looking) = forces, seen
     free = assemble_free(rotor)
     sites = [site.rows(rotor) for site, _ in nonlinear]

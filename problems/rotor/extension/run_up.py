@@ -1,8 +1,8 @@
 """The response of a rotor while its speed sweeps at a constant rate, as a tracking filter sees it.
 
-With the shaft at the angle φ, φ̇ = Ω and Ω̇ = α, the motion is Re(q e^{iφ}). Near a critical speed the steady q is a sum over
-modes, with a pole at the complex speed Ω_r = ω_r + iδ_r: where the synchronous dynamic stiffness D(Ω) = K + iΩ C − Ω² M + iΩ² G
-is singular. A mode that is swept through has instead of R_r / (Ω − Ω_r)
+With the shaft at the angle φ, φ̇ = Ω and Ω̇ = α, the motion is Re(q e^{iφ}). Near a critical speed the steady q is a
+sum over modes, with a pole at the complex speed Ω_r = ω_r + iδ_r, at which the synchronous dynamic stiffness
+D(Ω) = K + iΩ C − Ω² M + iΩ² G is singular. A mode that is swept through has instead of R_r / (Ω − Ω_r)
 
     R_r i ∫₀^∞ exp(−i (Ω − Ω_r) s + i β s² / 2) ds = R_r i √π/(2a) w(−(Ω − Ω_r)/(2a)),   a² = −iβ/2,  Re a > 0,
 
@@ -60,7 +60,7 @@ def parabola(values: ComplexArray, nodes: Array) -> ComplexArray:
 
 
 def sweep_change(poles: Poles, speed: Array, sweep: Sweep) -> ComplexArray:
-    """What n sweeps, at rates that are not 0, add to the steady response at speeds (n_speed,) rad/s, (n, n_speed, n_channel) m."""
+    """Change (n, n_speed, n_channel), m, of the steady response at `speed`, rad/s, by n sweeps, no rate 0."""
     swept = (poles.speed.imag > 0) & (poles.haste > 0) & (np.abs(poles.speed) < sweep.reach)
     pole = poles.speed[swept][:, None]
     root = 2 * np.sqrt(-0.5j * (sweep.acceleration[:, None] * poles.haste)[swept])[:, None]

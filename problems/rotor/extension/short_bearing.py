@@ -1,8 +1,8 @@
 """The oil film of a plain journal bearing that is short (Ocvirk): its eccentricity under a load, and its coefficients there.
 
-A journal with diameter D, length L and radial clearance c turns at Ω in oil of viscosity η under a static load f. Pressure falls off
-along the bearing only, is none at its ends, and none where the gap opens (laminar, L/D up to about 0.5). All depends on the modified
-Sommerfeld number S and on the eccentricity ratio ε that belongs to it,
+A journal with diameter D, length L and radial clearance c turns at Ω in oil of viscosity η under a static load f.
+Pressure falls off along the bearing only, is zero at its ends, and zero where the gap opens (laminar, L/D up to about
+0.5). All depends on the modified Sommerfeld number S and on the eccentricity ratio ε that belongs to it,
 
     S = D Ω η L³ / (8 f c²) = (1 − ε²)² / (ε √(π² (1 − ε²) + 16 ε²)),      K = f/c a(ε),      C = f/(cΩ) b(ε).
 

@@ -83,7 +83,7 @@ Force = tuple[SiteLaw, Array]  # with its coefficients (n, n_coefficient) SI
 
 
 def split_by_law(forces: Sequence[Force]) -> tuple[list[Force], list[Force]]:
-    """Those by laws that are linear in the motion, and the others."""
+    """Forces by laws that are linear in the motion, and the other forces."""
     linear = [force for force in forces if force[0].is_linear]
     return linear, [force for force in forces if not force[0].is_linear]
 

@@ -1,4 +1,4 @@
-"""Poles of the synchronous response of a rotor on any bearings, from those that it has on nominal ones.
+"""Poles of the synchronous response of a rotor on any bearings, from its poles on nominal bearings.
 
 The synchronous dynamic stiffness D(Ω) = K + ΩN + iΩ(C + ΩG) − Ω² M is singular at complex speeds Ω_r = ω_r + iδ_r. On nominal
 bearings D₀⁻¹ = Σ x_k l_kᵀ / (Ω − Ω_k), which is computed once per rotor. Bearings change it at their ports alone, D = D₀ + Pᵀ ΔZ P,
@@ -98,7 +98,10 @@ def spectrum_of(matrices: Matrices, ports: Array, nominal: ComplexArray, basis: 
 def spectrum(
     rotor: Rotor, highest: float, channels: tuple[Channel, ...], positions: tuple[float, ...] = ()
 ) -> Spectrum:
-    """That of a rotor on impedances as large as those of its bearings, but well damped; further ports lie at positions (m)."""
+    """Spectrum of a rotor on nominal impedances: as large as its bearings', but well damped.
+
+    Further ports lie at `positions` (m).
+    """
     low = low_modes(rotor, highest, positions, N_MODE)
     nominal = np.concatenate([NOMINAL_PHASE * nominal_springs(rotor.supported), np.zeros(len(low.sites))])
     return spectrum_of(
@@ -220,6 +223,6 @@ def _times(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
 
 
 def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
-    """What these matrices (…, p, p) take to the vectors (…, p), each of length 1."""
+    """Solutions of these matrices (…, p, p) for right-hand sides (…, p), each scaled to length 1."""
     found: ComplexArray = np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0], dtype=complex)
     return found / np.linalg.norm(found, axis=-1, keepdims=True)

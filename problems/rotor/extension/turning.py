@@ -3,10 +3,10 @@
     M q̈ + (C + ΩG) q̇ + (K + ΩN + Bᵀ κ(φ) B) q = f(φ),    φ = Ωt,    κ(φ) = Σ κ_m e^{imφ},    q(φ) = Σ q_h e^{ihφ},
 
 both sums over negative and positive integers, κ_{−m} and q_{−h} being conjugates. Order by order, with D_h the dynamic
-stiffness at hΩ, D_h q_h + Bᵀ Σ κ_{h−k} B q_k = f_h: one linear system for all orders together, cut off above `HIGHEST`, in
-which the ports B q alone are coupled. The 1X force is that of unbalance and other loads, f_0 the rotor's weight; loads may act at
-further orders. As q_1 and
-its conjugate are coupled, the response is linear in real and imaginary part of an unbalance, each by itself.
+stiffness at hΩ, D_h q_h + Bᵀ Σ κ_{h−k} B q_k = f_h: one linear system for all orders together, cut off above `HIGHEST`,
+in which the ports B q alone are coupled. Unbalance and other loads make the 1X force, f_0 is the rotor's weight; loads
+may act at further orders. As q_1 and its conjugate are coupled, the response is linear in real and imaginary part of an
+unbalance, each by itself.
 
 A shaft with two second moments of area has κ_±2 alone: on isotropic bearings forward 1X, and weight and 2X, are two closed sets, in
 which nothing is cut off.
@@ -44,8 +44,11 @@ OF_CONJUGATE = np.array([[1, -1j], [-1j, -1]])  # S: Re(S e^{2iθ}) is [[cos 2θ
 
 @dataclass(frozen=True, eq=False)
 class Acting:
-    """What acts on n parameter sets in addition to bearings: sizes (n, n_load) of loads by order, at 1X behind those of the unbalance,
-    local forces by linear laws, and κ_m (n, n_order, n_port, n_port), N/m, of the turning stiffness for m = 0, 1, 2 …"""
+    """Loads and turning stiffness that act on n parameter sets in addition to bearings.
+
+    `sizes` (n, n_load) are the sizes of loads by order; at 1X they follow the loads of the unbalance. `local` are
+    forces by linear laws. `turning` has κ_m, m = 0, 1, 2 …, of the turning stiffness, (n, n_order, n_port, n_port) N/m.
+    """
 
     sizes: Mapping[int, ComplexArray]
     local: Sequence[Force]
@@ -117,8 +120,11 @@ class TurningShaft:
         )
 
     def dense_motion(self, impedances: Sequence[ComplexArray], acting: Acting, force: ComplexArray) -> ComplexArray:
-        """The same of one set by the dense route, all orders of the whole rotor in one system: with the impedances between all
-        ports (n_port, n_port, n_speed) at each order, and the 1X force (n_speed, n_dof)."""
+        """Motion (n_speed, n_channel) of one set by the dense route: all orders in one system.
+
+        `impedances` lie between all ports (n_port, n_port, n_speed) at each order; `force` (n_speed, n_dof) is the 1X
+        force.
+        """
         free, n_speed = assemble_free(self.rotor), len(self.speed)
         n_dof = len(free.mass)
         orders = range(-HIGHEST, HIGHEST + 1)
@@ -182,10 +188,11 @@ def port_forces(
     local: Sequence[ComplexArray],
     turning: ComplexArray,
 ) -> list[ComplexArray]:
-    """Forces at the ports (n, n_speed, n_port), N, of orders 0, 1, 2 …, from the receptances P_h (n, n_speed, n_port, n_port) and the motion
-    w_h (n, n_speed, n_port) without them: w_h + P_h (K_h w_h + Σ κ_{h−k} w_k) is that motion. κ_m is (n, n_order, n_port, n_port).
+    """Forces at the ports (n, n_speed, n_port), N, of orders 0, 1, 2 …
 
-    Where all m are even, even and odd orders are not coupled, and solved apart.
+    With the receptances P_h (n, n_speed, n_port, n_port) and the motion w_h (n, n_speed, n_port) under these forces,
+    w_h + P_h (K_h w_h + Σ κ_{h−k} w_k) is the given motion without them. κ_m is (n, n_order, n_port, n_port). If all m
+    are even, even and odd orders are not coupled, and are solved apart.
     """
     n_order = len(receptance)
     step = 1 if np.any(turning[:, 1::2]) else 2
@@ -211,8 +218,11 @@ def _coupled_forces(
     local: Sequence[ComplexArray],
     turning: ComplexArray,
 ) -> ComplexArray:
-    """The same of orders that are coupled with each other alone, (n_coupled, n, n_speed, n_port): −(A w + B conj w) with A of
-    κ_{h−k} and B of κ_{h+k}, where w + P (A w + B conj w) is the motion without; real and imaginary parts are solved for."""
+    """Forces at the ports (n_coupled, n, n_speed, n_port), N, of orders coupled only with each other.
+
+    They are −(A w + B conj w) with A of κ_{h−k} and B of κ_{h+k}, if w + P (A w + B conj w) is the motion without them.
+    The real and the imaginary part are solved for.
+    """
     n, n_speed, n_port = motion[0].shape
     blocks = np.zeros((2, n, local[0].shape[1], len(orders), n_port, len(orders), n_port), dtype=complex)
     for row, order in enumerate(orders):
@@ -253,7 +263,10 @@ def _behind(n_before: int, turning: ComplexArray) -> ComplexArray:
 
 @dataclass(frozen=True)
 class TurningEffects:
-    """Those of some effects, in their order; the weight is that of the first one that turns, and does nothing without."""
+    """Turning stiffness and further loads of some effects, in their order.
+
+    The weight is taken from the first effect that turns; without one it does nothing.
+    """
 
     effects: tuple[RotorHooks, ...]
 
@@ -284,7 +297,10 @@ class TurningEffects:
         return TurningShaft(rotor, impedances, speed, channels, rows, by_order, at_sites)
 
     def acting(self, rotor: Rotor, of_effects: Sequence[Array], sizes: ComplexArray, local: Sequence[Force]) -> Acting:
-        """What acts on a rotor at the values (n, e) of each effect, in addition to 1X loads of sizes (n, n_load) and local forces."""
+        """Loads and stiffness on a rotor at the values (n, e) of each effect.
+
+        They act in addition to 1X loads of sizes (n, n_load) and local forces.
+        """
         by_order = {0: np.ones((len(sizes), 1), dtype=complex), 1: sizes}
         for order in self._by_order:
             both = (

@@ -48,8 +48,11 @@ class Matrices:
         return Matrices(mass, damping, gyroscopic, stiffness, circulatory, hysteretic)
 
     def hysteresis(self, harmonic: float) -> tuple[Array, Array] | None:
-        """What H adds to the dynamic stiffness of a motion at ω = hΩ, real and imaginary part: iH (sgn(h − 1) P_f + P_b), P_f and P_b the
-        parts of a motion that whirl forward and backward (E. S. Zorzi & H. D. Nelson, J. Eng. Power 99 (1977) 71–76)."""
+        """Real and imaginary part of the dynamic stiffness that H adds to a motion at ω = hΩ.
+
+        It is iH (sgn(h − 1) P_f + P_b), P_f and P_b being the parts of a motion that whirl forward and backward
+        (E. S. Zorzi & H. D. Nelson, J. Eng. Power 99 (1977) 71–76).
+        """
         if self.hysteretic is None:
             return None
         sign, crossed = float(np.sign(harmonic - 1)), self._crossed
@@ -74,9 +77,12 @@ def against_spin(turning: Array) -> Array:
 
 
 def assemble(rotor: Rotor, speed: float = 0.0) -> Matrices:
-    """The matrices of a rotor on its bearings and seals at a spin speed (rad/s), at which their tables are read. Housings on pedestals
-    have two degrees of freedom each, behind those of the shaft; a pedestal's loss factor makes its stiffness complex (for motions of
-    positive frequency), and its measured dynamic stiffness is a spring and a damper, those at the frequency of rotation."""
+    """Matrices of a rotor on its bearings and seals; tables are read at the spin speed (rad/s).
+
+    Housings on pedestals have two degrees of freedom each, behind the shaft's. A pedestal's loss factor makes its
+    stiffness complex (for motions of positive frequency). Its measured dynamic stiffness becomes the spring and the
+    damper that it is at the frequency of rotation.
+    """
     free, supported = assemble_free(rotor).below_spin(), rotor.supported
     n_dof = len(free.mass)
     housings = [index for index, bearing in enumerate(supported) if bearing.pedestal is not None]

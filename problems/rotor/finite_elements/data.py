@@ -63,10 +63,10 @@ class Hub:
 class Rotor:
     """Shaft segments from left to right, and what sits on them.
 
-    `internal_damping` (s) is that of the turning shaft in proportion to its stiffness, C_i = β K_s: it damps motion as
-    the shaft sees it, (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, section 7.3).
-    `external_damping` (N s/m per m of shaft) is that of what surrounds the shaft and stands still, and `axial_force` (N) a
-    constant tension of the whole shaft.
+    `internal_damping` (s) of the turning shaft is proportional to its stiffness, C_i = β K_s: it damps motion as the
+    shaft sees it (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, section 7.3). `external_damping`
+    (N s/m per m of shaft) comes from what surrounds the shaft and stands still, and `axial_force` (N) is a constant
+    tension of the whole shaft.
     """
 
     segments: tuple[Segment, ...]
@@ -154,7 +154,7 @@ class Rotor:
 
     @cached_property
     def node_positions(self) -> Array:
-        """Where the nodes lie, (n_node,) m."""
+        """Positions of the nodes, (n_node,) m."""
         ends = np.cumsum([0.0] + [segment.length for segment in self.segments])
         inside = [
             np.linspace(start, end, segment.n_element, endpoint=False)

@@ -119,7 +119,7 @@ def uniform_shaft(
 
 
 def weighed_ring(position: float, *, mass: float, outer_radius: float, inner_radius: float, thickness: float) -> Disk:
-    """A ring of given mass (kg) and size (m): the inertias are those of its mean density.
+    """A ring of given mass (kg) and size (m); its inertias follow from its mean density.
 
     >>> disk = weighed_ring(0.2, mass=2.0, outer_radius=0.1, inner_radius=0.0, thickness=0.01)
     >>> round(disk.mass, 12), round(disk.polar_inertia, 12)

@@ -252,7 +252,7 @@ class Disk:
 
 @dataclass(frozen=True)
 class MassChange(Disk):
-    """What a place of the shaft carries in addition to a drawing: mass and inertias, all negative if it carries less."""
+    """Mass and inertias of a place of the shaft in addition to a drawing, all negative for less."""
 
     def __post_init__(self) -> None:
         for name in ("mass", "polar_inertia", "diametral_inertia"):

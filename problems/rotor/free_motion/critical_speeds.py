@@ -1,8 +1,8 @@
-"""Critical speeds of a rotor on its bearings: where a damped natural frequency equals the spin speed.
+"""Critical speeds of a rotor on its bearings: spin speeds that equal a damped natural frequency.
 
 The Campbell diagram is scanned with the rotor's lowest modes, which costs a hundredth of scanning it with all degrees
 of freedom, and each crossing found there is corrected with the whole rotor by Newton's method on its own eigenpair
-(A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM J. Numer. Anal. 10 (1973) 674–689). Where a correction
+(A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM J. Numer. Anal. 10 (1973) 674–689). If a correction
 does not end near its start, the whole rotor is scanned.
 """
 
@@ -102,7 +102,7 @@ def _lowest_modes(matrices: Matrices, highest: float) -> tuple[Matrices, Array]:
 
 
 def _corrected(whole: Matrices, low: Matrices, basis: Array, start: float) -> float | None:
-    """The crossing of the whole rotor next to that of its lowest modes; None if it is not found nearby."""
+    """Crossing of the whole rotor next to a crossing of its lowest modes; None if none is nearby."""
     eigenvalues, vectors = scipy.linalg.eig(state_matrix(low, start))
     nearest = int(np.argmin(np.abs(eigenvalues.imag - start)))
     pair = Eigenpair(complex(eigenvalues[nearest]), basis @ vectors[: len(low.mass), nearest])

@@ -17,7 +17,7 @@ motions with ω > 0: the other half of the plane has no motion of the rotor.
 M. I. Friswell, J. E. T. Penny, S. D. Garvey & A. W. Lees, Dynamics of Rotating Machines, 2010, chapters 5 and 7.
 
 Rotors that nothing feeds energy to are stable at every speed, which spares the eigenvalues of most of them. A free motion q e^{λt}, λ = σ + iω, of M, C, G, K with all that is attached leaves λ*(λ²M + λ(C + ΩG) + K + iH) q = 0 along q*,
-H the hysteretic part of supports. If K is symmetric and there is no circulatory matrix, the real part is
+H the hysteretic part of supports. If K is symmetric and the circulatory matrix is zero, the real part is
 
     σ (|λ|² m + k) = −(|λ|² c + ω h),      m, c, k, h the values of q*Mq, q*(C + Cᵀ)q/2, q*Kq and q*Hq,
 

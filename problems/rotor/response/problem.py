@@ -162,7 +162,10 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         return self.physics.free_motion(self._point(x), highest, MIN_MODES).growth_rate(speed)
 
     def is_stable(self, x: Array) -> bool:
-        """As of every problem; masses that are not positive definite, which no rotor has, hold no motion."""
+        """Whether the rotor is stable at x (d,) up to its highest speed.
+
+        False for masses that are not positive definite, which no rotor has.
+        """
         try:
             return self._is_passive(x, float(np.max(self.speed))) or super().is_stable(x)
         except np.linalg.LinAlgError:

@@ -119,11 +119,11 @@ def reduce_rotor(
     rows: Array | None = None,
     harmonic: float = 1.0,
 ) -> Reduction:
-    """The receptances of a rotor about nominal impedances as large as those of its bearings, but well damped.
+    """Receptances of a rotor about nominal impedances: as large as its bearings', but well damped.
 
-    `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, next to those of the unbalance planes; `rows` (n_row, n_dof)
-    read the motion next to the channels. At a `harmonic` only its own channels read anything. The rotor is solved as the
-    chain that it is (`problems.rotor.response.banded`), block by block of the speeds.
+    `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, next to the unbalance planes; `rows` (n_row, n_dof)
+    read the motion next to the channels. At a `harmonic` only its own channels read anything. The rotor is solved as
+    the chain that it is (`problems.rotor.response.banded`), block by block of the speeds.
     """
     nominal = nominal_impedances(rotor, impedances, speed, harmonic)
     receptance = np.concatenate(
@@ -185,8 +185,10 @@ def _stacked(rows: Sequence[Array | ComplexArray], n_speed: int) -> Array | Comp
 
 
 def at_harmonic(impedance: ComplexArray, harmonic: float) -> ComplexArray:
-    """What a motion at a harmonic h of the spin speed feels of bearings whose impedances are z at h = 1, Re z + i h Im z:
-    their coefficients are functions of the spin speed."""
+    """Impedances that a motion at a harmonic h of the spin speed feels, from impedances z at h = 1.
+
+    They are Re z + i h Im z: coefficients of bearings are functions of the spin speed.
+    """
     changed = impedance.copy()
     changed.imag *= harmonic
     return changed

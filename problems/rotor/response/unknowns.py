@@ -102,7 +102,7 @@ class UnbalanceTarget:
 
 @dataclass(frozen=True)
 class OriginTarget:
-    """An angle (rad) added to the phases of all unbalance: where the measured phases begin."""
+    """An angle (rad) added to the phases of all unbalance: the origin of the measured phases."""
 
 
 Target = BearingTarget | PedestalTarget | UnbalanceTarget | OriginTarget
