@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import Distribution, EntryPoint, entry_points
 from pathlib import Path
 
 PROJECT = "ksmea-bench"
@@ -34,7 +34,7 @@ class SharedName(EntryPoint):
 
     def __init__(self, points: Sequence[EntryPoint]) -> None:
         super().__init__(points[0].name, points[0].value, points[0].group)
-        packages = (f"{_package(point)} ({point.value})" for point in points)
+        packages = (f"{package(point)} ({point.value})" for point in points)
         vars(self).update(packages=" and ".join(packages))
 
     @property
@@ -64,13 +64,13 @@ def registered(group: str) -> dict[str, EntryPoint]:
     for point in _points(group):
         by_name.setdefault(point.name, []).append(point)
     for name, points in by_name.items():
-        by_name[name] = [point for point in points if _package(point) == PROJECT] or points
+        by_name[name] = [point for point in points if package(point) == PROJECT] or points
     return {name: points[0] if len(points) == 1 else SharedName(points) for name, points in by_name.items()}
 
 
 def left_out(group: str) -> list[EntryPoint]:
     """Entry points of other packages that are ignored: a plugin of this project has their name."""
-    return [point for point in _points(group) if _package(point) != PROJECT == _package(registered(group)[point.name])]
+    return [point for point in _points(group) if package(point) != PROJECT == package(registered(group)[point.name])]
 
 
 def add_file(path: Path, points: Sequence[EntryPoint]) -> None:
@@ -97,7 +97,7 @@ def origin(group: str, name: str) -> str:
 
 def origin_of(point: EntryPoint) -> str:
     """The package that an entry point comes from, with the version."""
-    return f"{_package(point)} {point.dist.version}" if point.dist else _package(point)
+    return f"{package(point)} {point.dist.version}" if point.dist else package(point)
 
 
 def _points(group: str) -> list[EntryPoint]:
@@ -107,5 +107,11 @@ def _points(group: str) -> list[EntryPoint]:
     return sorted([*entry_points(group=where), *in_files], key=lambda point: point.name)
 
 
-def _package(point: EntryPoint) -> str:
-    return point.dist.name if point.dist else "?"
+def package(point: EntryPoint) -> str:
+    """The package that an entry point belongs to; '?' if it was registered from a file."""
+    return _name(point.dist) if point.dist else "?"
+
+
+@cache
+def _name(package: Distribution) -> str:
+    return package.name  # which reads its metadata, each time

@@ -24,6 +24,7 @@ from ksmea.plugins.names import (
     left_out,
     origin,
     origin_of,
+    package,
     plugins_in_files,
     registered,
 )
@@ -131,7 +132,7 @@ def _loaded(point: EntryPoint) -> type:
 def is_outside(group: str, name: str) -> bool:
     """Whether a plugin of this name is registered that is not this project's."""
     point = registered(group).get(name) if group in GROUPS | FURTHER else None
-    return point is not None and (point.dist is None or point.dist.name != PROJECT)
+    return point is not None and package(point) != PROJECT
 
 
 def name_of(plugin: Settings) -> tuple[str, str]:
