@@ -2,7 +2,7 @@
 
 Pages are the Markdown files of this folder, in the order of index.md. What is written by hand stands there alone; the
 settings of all plugins (reference/), the functions of the Python API and the picture of the rooms are made from the code
-when the site is built. The site asks for nothing on the network, when it is built or when it is read.
+when the site is built. The site loads nothing from the network, when it is built or read.
 """
 
 import sys

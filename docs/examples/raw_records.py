@@ -62,7 +62,7 @@ def matlab(vectors, rng, path: Path) -> None:
 
 
 def tdms(vectors, rng, path: Path) -> None:
-    """6 kHz, beside a trigger that is on for half a turn."""
+    """6 kHz, with a trigger that is on for half a turn."""
     from nptdms import ChannelObject, TdmsWriter
 
     step = 1 / 6000

@@ -1,9 +1,9 @@
-"""What a rotor model adds to the weight campaign of the RK-4 rig: from one speed to the other, and from three trial runs.
+"""Contribution of a rotor model to the weight campaign of the RK-4 rig: from one speed to the other, and from three trial runs.
 
     python docs/examples/rk4_rotor.py features.csv
 
-The model is `problem=rk4_two_disk` with the supports that its public run-up tells (docs/rk4.md): nothing of it is fitted to
-the campaign but one complex gain of each probe. B047, whose second weight is missing, is left out.
+The model is `problem=rk4_two_disk` with the supports from its public run-up (docs/rk4.md): only one complex gain of each
+probe is fitted to the campaign. B047, whose second weight is missing, is left out.
 """
 
 import argparse
@@ -68,7 +68,7 @@ def coefficients(weights: np.ndarray, responses: np.ndarray) -> np.ndarray:
 
 
 def influence(layout: str, speeds: np.ndarray) -> np.ndarray:
-    """The same of the rotor model: its response is linear in the unbalance."""
+    """Influence coefficients of the rotor model: its response is linear in unbalance."""
     rotor = ksmea.load_problem("rk4_two_disk", layout=layout, sensors=SENSORS[layout], directions=["x", "y"])
     bare = {**SUPPORTS[layout], "u1": 1.0, "phase1": 0.0, "u2": 1.0, "phase2": 0.0}  # g mm, deg
     runs = [bare, {**bare, "u1": 2.0}, {**bare, "u2": 2.0}]

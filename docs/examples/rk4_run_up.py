@@ -2,8 +2,8 @@
 
     python docs/examples/rk4_run_up.py runup_bode_first_critical.csv rk4.png
 
-The supports and rates are those that the fits of that page ended with; the unbalance of both planes, which the response is
-linear in, is fitted here, by least squares in units of the noise that the page states.
+The supports and rates are the final ones of that page's fits; the unbalance of both planes, in which the response is linear,
+is fitted here, by least squares in units of the noise that the page states.
 """
 
 import argparse

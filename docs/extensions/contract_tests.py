@@ -13,7 +13,7 @@ from plugin_pages import table
 
 
 def contract_tests_text() -> str:
-    """One row per property; a module of `ksmea.testing` holds those of one kind of plugin, or of several."""
+    """One row per property; a module of `ksmea.testing` holds properties of one kind of plugin, or several."""
     return table(("properties of", "property", "meaning"), _rows())
 
 

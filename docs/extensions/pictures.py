@@ -1,6 +1,6 @@
-"""Pictures of boxes and arrows: blocks of `mermaid`, which GitHub draws, as SVG that asks for no script.
+"""Pictures of boxes and arrows: blocks of `mermaid`, which GitHub draws, as SVG without a script.
 
-A box stands one row above the highest that it points to. Within its row it stands near those that it is joined to.
+A box stands one row above the highest box that it points to. Within its row it stands near its neighbours.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def _rows(edges: Edges) -> list[list[str]]:
 
 
 def _ordered(rows: list[list[str]], edges: Edges) -> list[list[str]]:
-    """Each row by the mean place of those that its boxes are joined to, so that few arrows cross."""
+    """Sort each row by the mean place of its boxes' neighbours, so that few arrows cross."""
     for _ in range(SWEEPS):
         place = {name: (index + 0.5) / len(row) for row in rows for index, name in enumerate(row)}
         joined = {name: [place[a if b == name else b] for a, b in edges if name in (a, b)] for name in place}

@@ -96,7 +96,7 @@ def _takes(metadata: typing.Any, hint: typing.Any) -> str:
 
 
 def _default(field: dataclasses.Field[typing.Any]) -> str:
-    """As it is written on the command line."""
+    """Default as written on the command line."""
     default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
     if default is None:
         return "null"
@@ -104,9 +104,9 @@ def _default(field: dataclasses.Field[typing.Any]) -> str:
 
 
 def _parts(plugin: type) -> str:
-    """What a method is made of, chosen beside it."""
+    """Parts of a method, chosen with it."""
     rows = [(f"`{field.name}`", cell(field.metadata["help"])) for field in part_fields(plugin)]
-    return f"Chosen beside it:\n\n{table(('part', 'is'), rows)}" if rows else ""
+    return f"Chosen with it:\n\n{table(('part', 'is'), rows)}" if rows else ""
 
 
 def _unknowns(effect: AnyEffect) -> str:
