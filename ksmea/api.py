@@ -55,8 +55,6 @@ from ksmea.studies.planning import PlanningOptions, planning_study
 from ksmea.units import MICROMETRE
 
 Seed = int | np.random.Generator
-
-
 Studied = TypeVar("Studied", bound=Callable[..., Any])
 
 
@@ -66,9 +64,7 @@ def _seeded_by_rng(function: Studied) -> Studied:
     @wraps(function)
     def called(*arguments: Any, **settings: Any) -> Any:
         if "seed" in settings:
-            raise SettingError(
-                f"seed: expected a seed as rng, got seed={settings['seed']!r}; write rng={settings['seed']!r}"
-            )
+            raise SettingError(f"seed: expected a seed as rng, got seed=…; write rng={settings['seed']!r}")
         return function(*arguments, **settings)
 
     return cast(Studied, called)

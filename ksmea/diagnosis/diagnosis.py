@@ -38,7 +38,7 @@ from ksmea.diagnosis.model_averaging import Averaged, averaged, heaviest
 from ksmea.diagnosis.observability import Detectable, smallest_by_name
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
 from ksmea.diagnosis.rivals import Cosines, collinearities, cosines_with, tested
-from ksmea.diagnosis.second_effects import alternatives, distinct_firsts, each_alone, pairs_beside
+from ksmea.diagnosis.second_effects import acting_where, alternatives, distinct_firsts, each_alone, pairs_beside
 from ksmea.diagnosis.trials import (
     BETTER,
     NEAR,
@@ -307,7 +307,7 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
     leaves_noise = alone.quality.p >= level
     if not leaves_noise and state.locate is not None:
         where = state.locate(state.baseline.best.case)
-        trials = _acting_where(where, trials, state.baseline.best)
+        trials = acting_where(where, trials, state.baseline.best)
         significant = [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
     firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
     seconds = [
@@ -329,15 +329,6 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
         if found.quality.p >= level:
             return found
     return alone
-
-
-def _acting_where(found: Location, trials: tuple[Trial, ...], baseline: Fit) -> tuple[Trial, ...]:
-    """The trials of effects that act at the place of a sharp location alone; all without one."""
-    if not found.is_sharp:
-        return trials
-    machine = baseline.problem.machine
-    places = [trial.candidate.effect.places(machine) for trial in trials]
-    return tuple(trial for trial, at in zip(trials, places) if len(at) and all(map(found.accepts, at)))
 
 
 def _concluded(state: _State, left_out: Mapping[str, str], search: Search, *, is_first: bool = True) -> Diagnosis:

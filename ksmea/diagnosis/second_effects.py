@@ -42,6 +42,7 @@ from ksmea.diagnosis.trials import (
 from ksmea.fits.fitting import TRIAL_ITERATIONS, BaselineFits, Fit, finished, fit_from_values
 from ksmea.fits.search import Effort, Search
 from ksmea.fits.starts import screened
+from ksmea.location.location import Location
 
 PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
 COSTLY = 4  # second effects, by predicted deviance drop, with a first one that is not linear in the motion
@@ -169,3 +170,12 @@ def _from_pair(trial: Trial, best: Explanation, baseline: Fit, n_candidate: int)
     if fit.deviance > trial.fit.deviance - BETTER or not problem.is_stable(fit.x):
         return None
     return trial_of(trial.candidate, fit, baseline, n_candidate)
+
+
+def acting_where(found: Location, trials: tuple[Trial, ...], baseline: Fit) -> tuple[Trial, ...]:
+    """The trials of effects that act at the place of a sharp location alone; all without one."""
+    if not found.is_sharp:
+        return trials
+    machine = baseline.problem.machine
+    places = [trial.candidate.effect.places(machine) for trial in trials]
+    return tuple(trial for trial, at in zip(trials, places) if len(at) and all(map(found.accepts, at)))

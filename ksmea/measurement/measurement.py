@@ -18,7 +18,7 @@ from ksmea.measurement.noise import Noise
 from ksmea.measurement.notation import Notation
 from ksmea.measurement.observable import Observable
 from ksmea.measurement.speeds import SpeedHistory
-from ksmea.units import RPM
+from ksmea.units import DEGREE, MICROMETRE, RPM
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -118,10 +118,28 @@ class Measurement:
             )
 
     def to_frame(self) -> pd.DataFrame:
-        """A row for each speed and channel, with the columns of a measurement file: rpm, µm 0-peak, degrees."""
-        from ksmea.measurement.frame import measurement_frame
+        """A row for each speed and channel, with the columns of a measurement file: rpm, µm 0-peak, degrees. Columns `run`,
+        `phase_lead_deg`, `sigma_um`, `time_s` and `harmonic` only if the data have them."""
+        import pandas as pd  # here, as a run without tables takes less time than this import
 
-        return measurement_frame(self)
+        columns: dict[str, Array] = {}
+        if self.campaign is not None:
+            names = [run.name for run in self.campaign.runs for _ in range(run.n_speed)]
+            columns["run"] = np.array(names, dtype=object)[:, None]
+        columns["speed_rpm"] = self.speed[:, None] / RPM
+        columns["position_m"] = np.array([channel.position for channel in self.channels])
+        columns["direction"] = np.array([channel.direction for channel in self.channels], dtype=object)
+        columns["amplitude_um_0pk"] = np.abs(self.values) / MICROMETRE
+        if not self.is_amplitude:
+            columns["phase_lead_deg"] = np.angle(self.values) / DEGREE
+        if self.noise is not None and self.has_noise:
+            columns["sigma_um"] = self.noise.sd(np.abs(self.values)) / MICROMETRE
+        if self.time is not None:
+            columns["time_s"] = self.time[:, None]
+        if not all(channel.is_1x for channel in self.channels):
+            columns["harmonic"] = np.array([channel.harmonic for channel in self.channels])
+        shape = self.values.shape
+        return pd.DataFrame({name: np.broadcast_to(each, shape).ravel() for name, each in columns.items()})
 
     def __repr__(self) -> str:
         ends = f" from {min(self.speed) / RPM:.0f} to {max(self.speed) / RPM:.0f} rpm" if len(self.speed) else ""
