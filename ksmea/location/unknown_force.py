@@ -44,7 +44,7 @@ LEAST_KEPT = 1e-6
 
 @dataclass(frozen=True)
 class Unmodelled:
-    """Quantity (one of `QUANTITIES`) at a position (m) that the model lacks; none lacking if it is None.
+    """Quantity (one of `QUANTITIES`) at a position (m) that the model lacks; if it is None, nothing is missing.
 
     A pair of forces also acts at a second position."""
 
