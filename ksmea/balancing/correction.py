@@ -1,10 +1,11 @@
-"""Correction weights: least squares over speeds and channels, and what is left with them.
+"""Correction weights by least squares over speeds and channels, and the residual response.
 
 Goodman, J. Eng. Ind. 86 (1964) 273–279, eq. (7): w = −(CᴴC)⁻¹ Cᴴ y0. Intervals are from draws of y0 and C.
 
-Planes whose weights do nearly the same have a large condition number: with columns of C scaled to unit length, errors of the
-readings may come back that many times larger, relatively, in the weights (Belsley, Kuh & Welsch, *Regression Diagnostics*,
-1980, ch. 3, who call 30 and more harmful). The readings determine well the directions of w with larger singular values.
+Planes whose weights do nearly the same have a large condition number: with columns of C scaled to unit length,
+errors of the readings may come back that many times larger, relatively, in the weights (Belsley, Kuh & Welsch,
+*Regression Diagnostics*, 1980, ch. 3, who call 30 and more harmful). The readings determine well the directions of w
+with larger singular values.
 """
 
 from __future__ import annotations
@@ -23,8 +24,10 @@ N_DRAW = 1000  # of the coefficients; the ends of 95 % intervals are then known 
 
 @dataclass(frozen=True)
 class Correction:
-    """Weights (n_plane,) kg m and what is left (n_entry,) m; draws of the weights' errors and of the amplitudes left, which are
-    empty if the covariance is not known. `p` is that of the bare response being from unbalance in the planes alone."""
+    """Weights (n_plane,) kg m, the residual response (n_entry,) m, and draws of the residual amplitudes.
+
+    Draws are empty, and the variance of the weights None, if the covariance is not known. `p` is the p-value of the
+    bare response under the hypothesis of unbalance in the planes alone."""
 
     weights: ComplexArray
     variance: Array | None  # (n_plane,) of the complex error, (kg m)²
@@ -97,7 +100,9 @@ def least_squares(coefficients: ComplexArray) -> ComplexArray:
 
 
 def _p_of_unbalance(fit: Fit, linear: ComplexArray) -> float | None:
-    """p of the bare response, were it that of weights in the planes alone; None if entries are no more than planes."""
+    """p-value of the bare response under the hypothesis of weights in the planes alone.
+
+    None if there are no more entries than planes."""
     n_plane, n_entry = fit.influence.planes.shape
     if n_entry <= n_plane:
         return None

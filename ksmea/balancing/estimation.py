@@ -24,9 +24,9 @@ N_STEP = 4  # each takes the spread and the uncertainty of the coefficients at t
 
 @dataclass(frozen=True)
 class WeightEstimate:
-    """Weights (n_unknown,) kg m of one run in `planes` (indices), with the covariance of their complex errors.
+    """Weights (n_unknown,) kg m of a run in `planes` (indices), and the covariance of their complex errors.
 
-    `chi2` is what they leave of the response, with `n_left` complex degrees of freedom, and `p` that of a fit as bad."""
+    `chi2` is the χ² of the residuals with `n_left` complex degrees of freedom, and `p` its p-value."""
 
     planes: Indices
     weights: ComplexArray
@@ -37,7 +37,7 @@ class WeightEstimate:
 
 
 def estimated(fit: Fit, run: int, planes: Indices) -> WeightEstimate:
-    """The weights of a run in some planes, all else of it known; the run itself is not to be among those of the fit.
+    """Weights of a run in some planes if its other weights are known; the run must not be used by the fit.
 
     Raises `SettingError` if there are more planes than entries."""
     readings, one = fit.readings, np.array([run])
@@ -86,7 +86,9 @@ def estimated(fit: Fit, run: int, planes: Indices) -> WeightEstimate:
 
 
 def tail(chi2: float, n: int, dof: float) -> float:
-    """p of a sum of n squared complex residuals, each of variance 1, where the covariance has `dof` degrees of freedom."""
+    """p-value of a sum of n squared complex residuals, each of variance 1.
+
+    `dof` are the degrees of freedom of the covariance."""
     if n <= 0 or dof <= 0:
         return 1.0
     return float(scipy.stats.f.sf(chi2 / n, 2 * n, 2 * dof if np.isfinite(dof) else 1e9))

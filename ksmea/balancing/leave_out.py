@@ -1,4 +1,4 @@
-"""The weights of each run from all others: neither its weights nor its response have any part in what they are told by."""
+"""Weights of each run from all other runs: its own weights and response are not used."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from ksmea.balancing.fit import Fit, refitted
 
 
 def folded(fit: Fit, runs: Indices, n_fold: int, progress: Callable[[], None]) -> dict[int, tuple[Fit, WeightEstimate]]:
-    """The fit without each run, and the weights that it tells of the run. Variance components, slopes and growth are those of
-    a fit without a whole fold of runs, dealt in turn; coefficients, and the drift, of all runs but the one.
+    """Fit without each run, and the run's weights by that fit.
 
-    Runs that the fit left out as misfits are told as well, and tell nothing of others.
+    Variance components, slopes and growth are from a fit without a whole fold of runs, dealt in turn. Coefficients
+    and the drift are from all runs but the one. Runs that the fit left out as misfits are estimated as well, but
+    have no influence on others.
     """
     found = {}
     planes = np.arange(len(fit.readings.planes))
@@ -42,10 +43,13 @@ def squared_errors(found: dict[int, tuple[Fit, WeightEstimate]]) -> Array:
 
 
 def conformal_radius2(squared: Array, level: float) -> float:
-    """The squared radius, in units of the standard deviation, that holds the weight of a further run with a probability of
-    `level`, whatever the distribution of the errors: their quantile over runs told by others.
+    """Squared radius, standard deviation 1, that holds a further run's weight with probability `level`.
 
-    Vovk, Gammerman & Shafer, *Algorithmic Learning in a Random World*, 2005; Barber et al., Ann. Stat. 49 (2021) 486–507.
+    It holds whatever the distribution of the errors: it is the quantile of the errors over runs estimated from
+    others. Infinite if the runs are too few.
+
+    Vovk, Gammerman & Shafer, *Algorithmic Learning in a Random World*, 2005; Barber et al., Ann. Stat. 49 (2021)
+    486–507.
     """
     n = squared.size
     rank = int(np.ceil((n + 1) * level))

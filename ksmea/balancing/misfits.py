@@ -23,8 +23,9 @@ FEWEST_SPEEDS = DEGREE + 3  # complex numbers: one speed left out, and one degre
 
 @dataclass(frozen=True)
 class Prediction:
-    """Of the response of each run used by a fit, from the others: residuals (n_run, n_entry) m at its known weights, and
-    their covariances (n_run, n_entry, n_entry) m²."""
+    """Errors of the response of each run used by a fit, predicted from the other runs.
+
+    Residuals (n_run, n_entry) m at its known weights, and their covariances (n_run, n_entry, n_entry) m²."""
 
     residual: ComplexArray
     covariance: ComplexArray
@@ -61,11 +62,11 @@ def predicted(fit: Fit) -> Prediction:
 def fitted_without_misfits(
     readings: Readings, known: Indices, level: float, asked: Asked
 ) -> tuple[Fit, dict[int, float]]:
-    """A fit to the runs whose known weights explain their response, and p of each of the others by its index.
+    """Fit to the runs whose known weights explain their response, and p of each other run by its index.
 
-    The first to go is the worst of a fit without drift; each further fit judges all runs anew, takes the worst away and gives back
-    those that fit now. One at a time: runs that drifted together are the drift, and several at once would take it away.
-    Where covariances are not estimated from the runs themselves nothing is left out."""
+    The first run to go is the worst of a fit without drift. Each further fit judges all runs again, takes the worst
+    away and gives back the runs that fit now. Runs go one at a time: runs that drifted together are the drift, and
+    several at once would take it away. No run is left out if covariances are not estimated from the runs themselves."""
     fit = fitted(readings, known, Asked(NO, NO, NO))
     if not fit.is_free:
         return fitted(readings, known, asked), {}
@@ -82,9 +83,10 @@ def fitted_without_misfits(
 
 
 def run_p(fit: Fit, runs: Indices) -> Array:
-    """p of each run: of its distance from what the others predict at its known weights, were that as those of the runs used.
-    Runs scatter more than a normal distribution has it; the logarithms of their χ² are nearly normal, and their median and
-    median deviation take no notice of a few that are wrong."""
+    """p-value of each run's distance from the response predicted by the others at its known weights.
+
+    The reference are the distances of the runs used. Runs scatter more than a normal distribution; the logarithms of
+    their χ² are nearly normal, and their median and median deviation are insensitive to a few wrong runs."""
     n_entry = np.sum(~fit.readings.is_missing, axis=1)
     used = dict(zip(fit.used.tolist(), np.log(predicted(fit).chi2 / n_entry[fit.used])))
     log = np.array([used[run] if run in used else np.log(_chi2(fit, run) / n_entry[run]) for run in runs.tolist()])
@@ -155,7 +157,7 @@ def misfits_beside_speeds(readings: Readings, level: float) -> list[EntryMisfit]
 
 
 def _most_unlike(values: ComplexArray, keep: Mask, speed: Array, level: float) -> EntryMisfit | None:
-    """The entry, by its flat index, with the lowest p, where that is below the level over the number of tests."""
+    """Entry, by its flat index, with the lowest p, if that is below the level over the number of tests."""
     best: EntryMisfit | None = None
     n_run, _, n_channel = values.shape
     n_test = values.size

@@ -63,12 +63,13 @@ class Readings:
 
 
 def readings(measurement: Measurement, tolerance: float) -> Readings:
-    """The runs of a campaign at the speeds at which most runs with known weights tell the planes apart, or, if amplitudes alone
-    are measured, at those that all runs have; `tolerance` is the largest relative distance of neighbours that count as one
-    nominal speed.
+    """Runs of a campaign at the speeds at which most runs with known weights distinguish the planes.
 
-    Amplitudes alone are real responses. Raises `SettingError` for amplitudes of several planes, for data without runs,
-    without weights, or without a common speed.
+    If amplitudes alone are measured, the speeds are the ones that all runs have. `tolerance` is the largest relative
+    distance of neighbours that count as one nominal speed.
+
+    Amplitudes alone are real responses. Raises `SettingError` for amplitudes of several planes, for data without
+    runs, without weights, or without a common speed.
     """
     campaign = measurement.campaign
     if campaign is None or not any(run.weights for run in campaign.runs):

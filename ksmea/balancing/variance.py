@@ -29,7 +29,9 @@ LOG_STEP = 0.7  # its first step, of ln τ and ln κ
 
 @dataclass(frozen=True)
 class Components:
-    """`drift` is None without one; `spread` (n_entry, n_entry) m² is that of a run without weights."""
+    """Components of the variance: `drift`, if estimated, and `spread` (n_entry, n_entry) m².
+
+    `spread` is the covariance of the response of a run without weights."""
 
     drift: ComplexArray | None
     spread: ComplexArray

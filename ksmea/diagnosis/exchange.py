@@ -42,9 +42,11 @@ def _key(trial: Trial) -> tuple[str, str]:
 def exchanged_once(
     trials: Sequence[Trial], leads: Sequence[Trial], baseline: BaselineFits, search: Search, is_first: bool = True
 ) -> list[Trial]:
-    """The trials, each with the better of its fit and further ones to the end, from the unknowns of the leads among them, and in a
-    first exchange those of these effects from a screening by variable projection. A fit that cannot come within
-    `FAR` of the best one is left on its way, and a trial whose response may jump is fitted only if it is a rival."""
+    """Refit each trial from the unknowns of the leads, and keep its best fit.
+
+    In a first exchange, leads are also fitted from a screening by variable projection, unless their response may
+    jump. A fit that cannot come within `FAR` of the best one is stopped early. A trial whose response may jump is
+    refitted only if it is a rival."""
     starts = [trial.fit for trial in leads]
     ceiling = min(trial.fit.deviance for trial in trials) + FAR
 

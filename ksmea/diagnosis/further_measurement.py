@@ -1,10 +1,11 @@
-"""Which further measurement would tell apart effects that explain the data about as well.
+"""Further measurement that distinguishes effects which fit the data about as well.
 
-What may be added, by rising effort: a run with a known weight at a disk, probes in another plane, a run at higher speeds. Each
-is judged by all ordered pairs of explanations: one makes the data, the other is fitted to them with all of its unknowns. What
-that fit leaves, in units of the noise, is their separation. A linear fit ranks the candidates of a kind; those that come
-first are judged by the fit itself, which goes where the linear one cannot. An effect may explain the data with other signs of its
-sizes as well, as amplitudes leave them open: each may be the truth, and a fit starts from all of them.
+Candidates, by rising effort: a run with a known weight at a disk, probes in another plane, a run at higher speeds.
+Each is judged by all ordered pairs of explanations: one makes the data, the other is fitted to them with all of its
+unknowns. The misfit of that fit, in units of the noise, is their separation. A linear fit ranks the candidates of a
+kind; the first ones are judged by the full fit, which also holds outside the range of the linear one. With
+amplitudes alone the signs of an effect's sizes may be open: each choice may be true, and a fit starts from all of
+them.
 """
 
 from __future__ import annotations
@@ -58,8 +59,9 @@ class Pair:
 
 @dataclass(frozen=True)
 class Split:
-    """A further measurement in words, how all data are laid out with it, and what it does to each pair of explanations.
-    `weight` is that of a further run at the present speeds that carries one, else None."""
+    """A further measurement in words, the layout of all data with it, and its effect on each pair.
+
+    `weight` is the weight in a further run at the present speeds, None if no run carries one."""
 
     measurement: str
     layout: Layout
@@ -73,14 +75,15 @@ class Split:
 
     @property
     def together(self) -> tuple[Pair, ...]:
-        """Those that it does not tell apart."""
+        """Pairs of explanations that it does not distinguish."""
         return tuple(pair for pair in self.pairs if pair.then < ENOUGH)
 
 
 def best_split(explanations: Mapping[str, Fit], d: int, workers: Workers = ALONE) -> Split | None:
-    """The further measurement of least effort that tells all fitted explanations, by name, apart, or the one that comes
-    nearest to it; None where none tells any two apart. The unknowns behind the first d are those of effects. Workers
-    share the candidates."""
+    """Further measurement of least effort that distinguishes all fitted explanations, or the best one.
+
+    None if no measurement distinguishes any two. Explanations are keyed by name; the unknowns behind the first d belong to
+    effects. Workers share the candidates."""
     names, first = tuple(explanations), next(iter(explanations.values()))
     fits = [_with_other_signs(fit, d) for fit in explanations.values()]
     pairs = list(itertools.combinations(range(len(fits)), 2))
@@ -164,7 +167,7 @@ def _through_other_planes(fit: Fit) -> Iterator[_Further]:
 
 
 def _with_run(layout: Layout, speed: Array, weights: tuple[Weight, ...]) -> Layout:
-    """A layout with one more run, whose speed goes as that of the first."""
+    """Layout with one more run, whose speed goes in the direction of the first run."""
     present = layout.campaign or Campaign((Run("present", len(layout.speed)),))
     runs = (*present.runs, Run(FURTHER, len(speed), weights, present.runs[0].direction))
     return dataclasses.replace(
@@ -194,7 +197,7 @@ class _Explanation:
 
 @dataclass(frozen=True)
 class _Seen:
-    """All explanations as a layout sees them; the noise is that of the first fit."""
+    """All explanations evaluated in a layout, with the noise of the first fit."""
 
     explanations: tuple[tuple[_Explanation, ...], ...]  # of each name
     layout: Layout
@@ -203,7 +206,7 @@ class _Seen:
 
     @classmethod
     def of(cls, fits: Sequence[Sequence[Fit]], layout: Layout) -> _Seen:
-        """Where each datum or run has a noise of its own, all have the median."""
+        """If each datum or run has its own noise, the median is used for all."""
         first = fits[0][0]
         noise = Noise(float(np.median(first.noise.relative)), float(np.median(first.noise.floor)))
         explanations = tuple(tuple(_Explanation.of(fit, layout) for fit in own) for own in fits)
@@ -214,7 +217,7 @@ class _Seen:
         return Observable(self.layout.kind)
 
     def separations(self, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Deviances by which the two of each pair are told apart, whichever of them makes the data."""
+        """Deviances by which the pairs are distinguished, whichever of the two makes the data."""
         found = np.array([self._least_fitted(pair) for pair in pairs])
         if not self.noise_is_estimated:
             return found
@@ -222,7 +225,7 @@ class _Seen:
         return np.asarray(n * np.log1p(found / n))  # what is not explained counts as noise
 
     def linear_separations(self, pairs: Sequence[tuple[int, int]]) -> Array:
-        """The same by linear fits, the noise known."""
+        """Separations of the pairs by linear fits with known noise."""
         return np.array([min(itertools.starmap(self._linear, self._either_way(pair))) for pair in pairs])
 
     def _least_fitted(self, pair: tuple[int, int]) -> float:
@@ -250,8 +253,9 @@ class _Seen:
         return float(np.sum(projected(distance[:, None], scaled) ** 2))
 
     def _fitted(self, made: _Explanation, fitted: _Explanation, least: float) -> float:
-        """Deviance of an explanation that is fitted to what another predicts, above that of the other; as far as it was fitted where
-        it would not come below the `least`."""
+        """Deviance of an explanation fitted to the prediction of another, minus the deviance of the latter.
+
+        The fit stops early if it would not come below `least`."""
         layout = self.layout
         predicted = Measurement(
             layout.speed,

@@ -21,7 +21,9 @@ from ksmea.fits.stable_fits import stable_fit
 
 
 def with_kin(trials: Sequence[Trial], level: float, baseline: Fit, search: Search) -> list[Trial]:
-    """The trials, and those of the wider forms of the best effect, highest ΔBIC first; the trials if none is significant at a level."""
+    """Trials with the wider forms of the best effect, highest ΔBIC first.
+
+    The trials are unchanged if none is significant at a level, or if the best effect has no wider form."""
     lead = next((trial for trial in trials if trial.p < level and trial.delta_bic > 0), None)
     if lead is None:
         return list(trials)

@@ -146,7 +146,9 @@ def mixture_interval(
 
 
 def _quantile(weights: Array, centres: Array, sd_low: Array, sd_high: Array, tail: float) -> Array:
-    """Where the distribution function is `tail`, below one half, by bisection; −∞ where it is larger everywhere."""
+    """Point at which the distribution function is `tail`, below one half, by bisection.
+
+    −∞ if the distribution function is larger everywhere."""
     is_open = np.isinf(sd_low)
     reach = FARTHEST * np.where(is_open, 0.0, sd_low)
     low, high = np.min(centres - reach, axis=0), np.max(centres, axis=0)

@@ -270,9 +270,10 @@ def fit_from(
     ceiling: float = np.inf,
     below: float = np.inf,
 ) -> Fit:
-    """The better of a fit and further ones of its problem, from where other fits have the baseline model's unknowns, without
-    any effect: from those of them that are not taken to lie in the valley of the fit. Searches that cannot come `below` a deviance are
-    left on their way, all after the first iterations if these lead nowhere below `ceiling`."""
+    """Best of a fit and further ones, started from the baseline unknowns of other fits without effects.
+
+    Starts that are taken to lie in the valley of the fit are skipped. Searches that cannot come `below` a deviance
+    stop early, all of them after the first iterations if these lead nowhere below `ceiling`."""
     likelihood, d = fit.likelihood, baseline.best.likelihood.d
     zero = without_effects(fit.problem, d)
     noise = fit.point.theta[len(fit.u) :]
@@ -349,7 +350,7 @@ def least_deviance(fit: Fit, best: Fit, n_own: int) -> float:
 
 
 def _silent(fit: Fit, n_own: int) -> Mask:
-    """The channels (n_channel,) beside 1X at which a problem has no response: as fitted, and with none of several sizes."""
+    """Channels (n_channel,) at harmonics other than 1X without response, as fitted and at several sizes."""
     beside = np.array([not channel.is_1x for channel in fit.measurement.channels])
     if not np.any(beside):
         return beside

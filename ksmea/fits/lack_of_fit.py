@@ -1,14 +1,16 @@
-"""Lack-of-fit test: five residual statistics, calibrated by simulation; noise that was stated too small.
+"""Lack-of-fit test: five residual statistics, calibrated by simulation; understated noise.
 
-The statistics are autocorrelation over speed, cross-channel correlation, the largest residual, the mean square of one band and
-channel, and χ² if the noise level is known. Each is compared with simulated residuals of the fit: noise minus its projection on
-the tangent of the fitted model. The smallest p-value is compared with the smallest of the same simulations, so that together
-they reject a right model as often as their level says (Westfall & Young 1993, min-P). In a campaign, neighbours and bands are
-those of one run. Standard tests do not hold here: Ljung–Box at a nominal 1 % rejects 6 to 10 % of clean data after a fit.
+The statistics are autocorrelation over speed, cross-channel correlation, the largest residual, the mean square of
+one band and channel, and χ² if the noise level is known. Each is compared with simulated residuals of the fit: noise
+minus its projection on the tangent of the fitted model. The smallest p-value is compared with the smallest of the
+same simulations, so that together they reject a right model as often as their level says (Westfall & Young 1993,
+min-P). In a campaign, neighbours and bands lie within one run. Standard tests do not hold here: Ljung–Box at a
+nominal 1 % rejects 6 to 10 % of clean data after a fit.
 
-If residuals look like noise in every respect but their size, the stated noise level is wrong and the model is not: a misfit that
-spreads evenly over speeds, channels and phases cannot be distinguished from noise. The statistics that do not depend on the noise
-level decide that, χ² then gives the level. Noise that is stated too large is kept: it may hold what differs between runs only.
+If residuals look like noise in every respect but their size, the stated noise level is wrong and the model is not: a
+misfit that spreads evenly over speeds, channels and phases cannot be distinguished from noise. The statistics that
+do not depend on the noise level decide that, χ² then gives the level. Noise that is stated too large is kept: it may
+hold what differs between runs only.
 """
 
 from __future__ import annotations
@@ -220,5 +222,7 @@ def with_noise_as_left(baseline: BaselineFits, level: float, rng: np.random.Gene
 
 
 def is_noise_as_stated(fit: Fit, measurement: Measurement, level: float, rng: np.random.Generator) -> bool:
-    """Whether a model that was fitted with other noise leaves noise as a measurement states it."""
+    """Whether the residuals of a model fitted with other noise are consistent with the stated noise.
+
+    The noise is the one that the measurement states."""
     return fit_quality(refitted(fit, measurement), rng).p >= level

@@ -1,14 +1,15 @@
-"""Noise from repeats, independent of the model: a speed measured several times in a run, and runs with equal weights.
+"""Noise from repeats, independent of the model: repeated speeds in a run, and runs with equal weights.
 
-A cell is a run at one speed, k times measured, in one channel. Its sum of squares about its mean has n (k − 1) degrees of
-freedom (n = 1 of amplitudes, 2 of complex data); with s² = (relative · |mean|)² + floor² those of all cells have the
-deviance Σ [ n (k − 1) ln s² + n Σ|y − mean|² / s² ], free of the means (restricted likelihood, Patterson & Thompson 1971).
+A cell is a run at one speed, k times measured, in one channel. Its sum of squares about its mean has n (k − 1)
+degrees of freedom (n = 1 of amplitudes, 2 of complex data). With s² = (relative · |mean|)² + floor² all cells
+together have the deviance Σ [ n (k − 1) ln s² + n Σ|y − mean|² / s² ], free of the means (restricted likelihood,
+Patterson & Thompson 1971).
 
-Runs with the same weights at the same speed have the same mean. How far theirs lie apart, in units of what the repeats
-leave to them, is compared with the repeats themselves: F of the two mean squares. That overestimates the ratio, as 1/s² of an
-estimate does: by ν/(ν − 2) with ν degrees of freedom, about half of those of a level for each of its two parts; F itself expects that of
-all together. So is each run alone against the others, and each channel; their p are corrected for the number of comparisons
-(Bonferroni).
+Runs with the same weights at the same speed have the same mean. The scatter of their means, in units expected from
+the repeats, is compared with the repeats by F of the two mean squares. The ratio is overestimated, as 1/s² of an
+estimate is: by ν/(ν − 2) with ν degrees of freedom, about half the degrees of freedom of a level for each of its two
+parts. F itself expects the factor of all together. Each run is compared with the others likewise, and each channel;
+their p are corrected for the number of comparisons (Bonferroni).
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ class _Cell:
 
 
 def repeats(measurement: Measurement) -> Repeats | None:
-    """Of a campaign with repeats; None of other data, and where they are too few."""
+    """Noise from the repeats of a campaign; None for other data, or if there are too few repeats."""
     campaign = measurement.campaign
     if campaign is None:
         return None
@@ -165,8 +166,9 @@ def _compared(
 
 
 def _away(cells: Sequence[_Cell], noises: Sequence[Noise]) -> tuple[Array, Array]:
-    """How far the mean of each cell lies from that of all, squared and in units of its noise, and its share of that mean,
-    (n_cell, n_channel) each."""
+    """Squared distance of each cell's mean from the overall mean, and the cell's share in that mean.
+
+    The distance is in units of the cell's noise; both are (n_cell, n_channel)."""
     means = np.array([cell.mean for cell in cells])
     level = np.abs(means.mean(axis=0))
     weight = np.array([cell.count / noises[cell.run].variance(level) for cell in cells])  # 1/m²

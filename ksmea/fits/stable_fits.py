@@ -48,7 +48,9 @@ def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
 
 
 def settled_stable(fit: Fit, level: float, workers: Workers = ALONE) -> tuple[Fit, Estimate]:
-    """A stable fit, settled (`ksmea.fits.fitting.settled`); where that names unstable values, among stable ones alone."""
+    """Settle a stable fit (`ksmea.fits.fitting.settled`).
+
+    The search is limited to stable values if the result names unstable ones."""
     found, estimated = settled(fit, level, workers)
     if _names_stable(found.problem, estimated):
         return found, estimated

@@ -1,14 +1,15 @@
-"""Where fits of a baseline model and its effects should start: points of the unit cube by a misfit with wide basins.
+"""Starts of fits of a baseline model and its effects: points of the unit cube with small misfit.
 
-The misfit is the mean |ln ratio| of amplitudes (`ksmea.numerics.screening`) after the common factor of all unbalance and the
-common phase, which act on all data at 1X alike, have been set to what suits these best. At other harmonics, where a model may
-have no response at all, half of both amplitudes is the median one of the data: what is far below it counts alike. It costs a response instead of a
-fit, and is computed for batches of points all over the box, and around the best of these for clouds of points that
-close in on them.
+The misfit, which has wide basins, is the mean |ln ratio| of amplitudes (`ksmea.numerics.screening`) after the common
+factor of all unbalance and the common phase, which act on all data at 1X alike, have been set to what suits these
+best. At other harmonics, at which a model may have no response at all, half of both amplitudes is the median one of
+the data: what is far below it counts alike. It costs a response instead of a fit, and is computed for batches of
+points all over the box, and around the best of these for clouds of points that close in on them.
 
-Where small amplitudes are not the model's, such as those of a runout, that misfit is small far from the resonances of the data.
-`screened_both_ways` ranks points by the modal assurance criterion as well, in which large amplitudes weigh most: the part of the
-data, as a vector, that lies across the response's own (R. J. Allemang, Sound and Vibration 37 (8), 2003, 14–21).
+If small amplitudes have another cause than the model, such as a runout, that misfit is small far from the resonances
+of the data. `screened_both_ways` therefore also ranks points by the modal assurance criterion, in which large
+amplitudes weigh most: the part of the data, as a vector, that lies across the response's own (R. J. Allemang, Sound
+and Vibration 37 (8), 2003, 14–21).
 """
 
 from __future__ import annotations
@@ -165,7 +166,7 @@ def turn(x: Array, turning: list[int], angle: Array) -> None:
 
 
 def _quiet(measurement: Measurement) -> Array:
-    """The median amplitude at each harmonic but 1X, where it is 0, by channel (n_channel,), m."""
+    """Median amplitude at the harmonic of each channel (n_channel,), m; 0 for 1X."""
     harmonics = np.array([channel.harmonic for channel in measurement.channels])
     medians = {each: np.median(np.abs(measurement.values[:, harmonics == each])) for each in set(harmonics.tolist())}
     return np.array([0.0 if each == 1 else float(medians[each]) for each in harmonics.tolist()])

@@ -21,8 +21,9 @@ from ksmea.settings.settings import part, setting
 class Direct(Method):
     """Minimise the misfit of the true model with the optimiser alone, as Table 6 does with DE, PSO and GA.
 
-    Where the noise's level is not known, the optimiser searches with equal weights in relative terms, and the maximum
-    of the likelihood nearest to its optimum, the noise estimated along, is the end unless `final_step` says otherwise.
+    If the noise level is not known, the optimiser searches with equal weights in relative terms. The result is then
+    the maximum of the likelihood nearest to its optimum, with the noise also estimated, unless `final_step` says
+    otherwise.
     """
 
     optimizer: Optimizer = part("what searches the true model")

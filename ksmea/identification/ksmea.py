@@ -266,7 +266,7 @@ class KSMEA(Method):
         return objective.found(model).u
 
     def _stop(self, history: list[Update], distance: float, model: Model) -> str:
-        """The reason to stop, or '' to go on; `distance` is that of the new sample to the nearest old one."""
+        """Reason to stop, or '' to go on; `distance` is the distance of the new sample to the nearest old one."""
         update = history[-1]
         if update.smc > self.smc:
             return "smc"

@@ -220,7 +220,9 @@ def _require_within_limits(x: Array, parameters: Parameters) -> None:
 
 
 def within_budget(method: Method, traced: TracedProblem, measurement: Measurement, streams: Streams) -> Identification:
-    """What a method finds. Where it requests more than a budget holds, that is the best point that the true model has shown
+    """Identification by a method within a budget.
+
+    If the method requests more than the budget holds, the result is the best point that the true model has shown
     (`comparable_misfit`), whatever the method returns or raises then."""
     meter, started = traced.meter, time.perf_counter()
     found = None

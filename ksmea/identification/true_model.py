@@ -58,10 +58,10 @@ FINAL_STEP = "final step"  # the stage's name
 
 
 def most_likely(model: Model, measurement: Measurement, start: Array) -> tuple[Array, float] | None:
-    """The maximum (d,) nearest to a point of the unit cube and its deviance, with the noise estimated along where its
-    level is not known; None if the model's budget does not admit a step.
+    """Maximum (d,) of the likelihood nearest to a point of the unit cube, and its deviance.
 
-    Without noise there is no likelihood: least squares then, and their misfit.
+    The noise is also estimated if its level is not known. None if the model's budget does not admit a step. Data
+    without noise have no likelihood: least squares and their misfit are used.
     """
     misfit = Misfit(measurement, "likelihood")
     if model.is_spent:

@@ -87,7 +87,7 @@ def squared_multiple_correlation(
     """SMC = 1 − Σ |ŷ − y_FE|² / Σ |y_FE − y_measured|², eq. (23).
 
     It compares the surrogate's error with the residual, so it is not a measure of fit. Without noise both sums go to
-    zero together; where the true model meets the data exactly the ratio says nothing, and −inf leaves the decision
+    zero together. If the true model meets the data exactly, the ratio is not defined, and −inf leaves the decision
     to SDF.
 
     >>> squared_multiple_correlation(np.array([1.1]), np.array([1.0]), np.array([2.0]))

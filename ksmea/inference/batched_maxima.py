@@ -114,7 +114,9 @@ class Fits:
         return Fits(self.theta[rows], self.sets[rows], self.deviance[rows], self.information[rows])
 
     def distinct(self, tolerance: float) -> Fits:
-        """Those of each data set whose deviances differ by more than `tolerance`; the best of each where that is infinite."""
+        """Fits of each data set with deviances more than `tolerance` apart.
+
+        Only the best fit of each data set if `tolerance` is infinite."""
         rows = np.lexsort([self.deviance, self.sets])
         sets, deviance = self.sets[rows], self.deviance[rows]
         is_new = np.append(
@@ -173,8 +175,9 @@ def _steps(
     information: Array,
     damping: Array,
 ) -> tuple[Array, Array]:
-    """The steps (k, p) that lower the quadratic model of each deviance within the limits, and by how much: where a step meets a
-    limit, that unknown stays there, and the others go on."""
+    """Steps (k, p) that lower the quadratic model of each deviance within the limits, and by how much.
+
+    If a step meets a limit, that unknown stays there, and the others go on."""
     matrix, scale = _scaled(information)
     matrix = matrix + damping[:, None, None] * np.eye(matrix.shape[1])
     lower = np.maximum(likelihood.lower - theta, -likelihood.longest_step) * scale

@@ -1,8 +1,7 @@
-"""How well data determine the unknowns, before they are measured: the Cramér–Rao lower bound (CRLB), from the Fisher
-information (`ksmea.likelihood.fisher`).
+"""Cramér–Rao lower bound (CRLB) of the unknowns before they are measured, from the Fisher information.
 
-The covariance of an unbiased estimate is no smaller than the inverse of the information (S. M. Kay, Fundamentals of
-Statistical Signal Processing: Estimation Theory, 1993, eq. 3.24).
+The covariance of an unbiased estimate is bounded below by the inverse of the information (`ksmea.likelihood.fisher`;
+S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, eq. 3.24).
 """
 
 from __future__ import annotations

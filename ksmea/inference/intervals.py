@@ -102,7 +102,7 @@ class _Profile:
         return np.inf if point is None else float(np.sqrt(max(point.deviance - self._lowest, 0.0)))
 
     def settled_root(self, value: float) -> float:
-        """As `root`, but other levels of the noise are tried too: the data often allow both a floor and none."""
+        """√(D − D̂) as by `root`, after other noise levels are tried: data often allow both a floor and none."""
         root, point = self.root(value), self._known[value]
         if point is not None and value not in self._settled:
             self._settled.add(value)

@@ -39,8 +39,10 @@ NOTHING = np.empty(0, dtype=int)
 
 
 class Maximised(Protocol):
-    """What Fisher scoring asks of a likelihood; `ksmea.likelihood.likelihood.Likelihood` says what each is. The first d of θ are the
-    unknowns in the unit cube; values a `period` apart are the same, and the information says nothing beyond `longest_step`."""
+    """Interface of a likelihood for Fisher scoring.
+
+    `ksmea.likelihood.likelihood.Likelihood` explains its members. The first d of θ are the unknowns in the unit cube. Values a `period` apart are equal, and the information says
+    nothing beyond `longest_step`."""
 
     @property
     def d(self) -> int: ...
@@ -72,18 +74,21 @@ def maximise(
     least_gain: float = 0.0,
     ceiling: float = np.inf,
 ) -> Point:
-    """The maximum of the likelihood that Fisher scoring leads to from θ (p,), or from a point where it is known, within the limits.
+    """Maximum of the likelihood within the limits, by Fisher scoring from θ (p,) or a known point.
 
-    `fixed` are indices of unknowns that keep their values (for profiles, one). Steps solve the scoring equations in the box
-    as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
-    (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance` or lowers it by
-    less than `least_gain`, or that of the likelihood, after `max_iterations`, where at their pace or by what they promise the
-    deviance would still lie above `ceiling` after these, or where the model's budget is spent; a budget that does not admit the
-    first Jacobian raises `BudgetSpent`.
+    `fixed` are indices of unknowns that keep their values (for profiles, one). Steps solve the scoring equations in
+    the box as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with
+    the mean (geodesic acceleration). They end
+
+    - if a step is expected to lower the deviance by less than `tolerance`,
+    - if it lowers it by less than `least_gain`, or the likelihood's own,
+    - after `max_iterations`,
+    - if, by their pace or their predicted gain, the deviance would still lie above `ceiling` after these,
+    - if the model's budget is spent; a budget that does not admit the first Jacobian raises `BudgetSpent`.
 
     M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504; M. K. Transtrum
-    and J. P. Sethna, Improvements to the Levenberg–Marquardt algorithm for nonlinear least-squares minimization, 2012,
-    arXiv 1201.5885.
+    and J. P. Sethna, Improvements to the Levenberg–Marquardt algorithm for nonlinear least-squares minimization,
+    2012, arXiv 1201.5885.
     """
     point = start if isinstance(start, Point) else likelihood.at(np.clip(start, likelihood.lower, likelihood.upper))
     free = ~np.isin(np.arange(len(point.theta)), fixed)
@@ -118,8 +123,9 @@ def maximise(
 
 
 def _tried(likelihood: Maximised, theta: Array, *, is_promising: bool) -> tuple[float, Point | None]:
-    """The deviance at θ (p,), infinite if there is none, and the whole point where it costs little more and a step is likely to
-    lead on from there."""
+    """Deviance at θ (p,), infinite if no response exists, and the whole point or None.
+
+    The point is computed if it costs little more and a step is likely to lead on from there."""
     if not (is_promising and likelihood.linearises_at_once):
         return likelihood.deviance(theta), None
     try:
@@ -243,8 +249,9 @@ def _step(likelihood: Maximised, point: Point, free: Mask, damping: float, gradi
 
 
 def _bounded(triangle: Array, target: Array, best: Array, lower: Array, upper: Array) -> Array:
-    """Least squares within bounds, from the best values without: those that lie outside stay on their bounds, where the gradient
-    confirms it; else by active sets."""
+    """Least squares within bounds, from the best values without bounds.
+
+    Values outside stay on their bounds if the gradient confirms it; otherwise active sets are used."""
     values, inside = best, np.full(len(best), True)
     while np.any(outside := inside & ((values < lower) | (values > upper))):
         inside &= ~outside

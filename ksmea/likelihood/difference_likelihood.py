@@ -1,16 +1,18 @@
-"""The likelihood of how runs differ: what is alike in all runs at a speed, such as runout, a bow or an unbalance, cancels.
+"""Likelihood of the differences between runs: what is alike in all runs at a speed cancels.
 
-The differences of the runs at a speed, in a channel, from any one of them have a covariance C that is not diagonal. With
-independent noise of variance V their likelihood is that of the runs with one more complex number b for each speed and channel,
-alike in all of them, that is free and has no part in the noise's estimate (restricted likelihood): with n real numbers of a
-datum, r = μ − y, W = Σ 1/V and b = Σ (r / V) / W over the runs,
+Examples are runout, a bow or an unbalance. The differences of the runs at a speed, in a channel, from any one of
+them have a covariance C that is not diagonal. With independent noise of variance V their likelihood equals the
+likelihood of the runs with one more complex number b for each speed and channel, alike in all of them, that is free
+and has no part in the noise's estimate (restricted likelihood). With n real numbers of a datum, r = μ − y, W = Σ 1/V
+and b = Σ (r / V) / W over the runs,
 
     −2 ln L = n [ Σ ln V + ln W + Σ |r − b|² / V ] + constant = n [ ln det C + d* C⁻¹ d ] + constant.
 
-It does not depend on the run that differences are taken from. V is that of the readings, s² = (relative · |y|)² + floor²: the
-model does not know all that they show.
+It does not depend on the run that differences are taken from. V is the variance of the readings, s² = (relative ·
+|y|)² + floor²: the model does not know all that they show.
 
-H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545–554, doi 10.1093/biomet/58.3.545: the likelihood of contrasts.
+H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545–554, doi 10.1093/biomet/58.3.545: the likelihood of
+contrasts.
 """
 
 from __future__ import annotations

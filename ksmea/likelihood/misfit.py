@@ -43,9 +43,9 @@ LOG_OFFSET = 100.0
 class Misfit:
     """Misfit to one measurement.
 
-    `assumed_relative` stands in for the noise if there is none or its level is not known: equal weights in relative
-    terms.
-    `model_sd` (n_speed, n_channel), m, is the error of a surrogate that predicts, added to the noise.
+    `assumed_relative` is used in place of the noise level if data are free of noise or the level is not known: equal
+    weights in relative terms. `model_sd` (n_speed, n_channel), m, is the error of a surrogate that predicts, added
+    to the noise.
     """
 
     measurement: Measurement
@@ -96,8 +96,10 @@ class Misfit:
         return np.concatenate([d_deviation, d_root.reshape(-1, sensitivity.shape[-1])])
 
     def residual_sd(self, predicted: Array | ComplexArray, sd: Array) -> Array:
-        """Standard deviation (k, m) of the residuals of predicted data, from that of the data, `sd` (k, n_speed, n_channel) m,
-        to first order; of every form but `likelihood`, whose noise moves with the prediction."""
+        """Standard deviation (k, m) of the residuals of predicted data, to first order.
+
+        `sd` (k, n_speed, n_channel), m, is the standard deviation of the predicted data. The form `likelihood` is
+        excluded (ValueError), since its noise depends on the prediction."""
         scale: Array | float
         match self.form:
             case "plain":

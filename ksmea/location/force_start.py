@@ -1,12 +1,14 @@
-"""The fit of an effect whose force follows a law at one place: from the force as it is recovered there.
+"""Starts for the fit of an effect whose force follows a law at one place, from the recovered force.
 
-A stop that is touched near resonances only changes the response there altogether: seen from values without it, the likelihood
-says little of where it is large. But a force that is free at every speed fits whatever acts at the
-place, and gives the unknowns beside it (`unknown_force`); the law comes nearest to that force somewhere (`law_start`); from there it is
-fitted together with the unknowns, by 1X alone and then with all harmonics, in the motion that was measured: where several are steady,
-the one next to it. This likelihood has no edges, and the effect itself, in the motion that a slow run comes to, is fitted from where
-that ends. The slow run's likelihood has edges, where a speed changes over from one motion to another: where that end is beyond one, or leaves
-far more than the free force did, fits start from the best of a cloud of points too.
+If a stop is touched near resonances only, the response changes only there: from values without a stop the likelihood
+says little of where it is large. But a force that is free at every speed fits whatever acts at the place, and gives
+the other unknowns as well (`unknown_force`). The law comes nearest to that force at some coefficients (`law_start`).
+From there it is fitted together with the unknowns, by 1X alone and then with all harmonics, in the measured motion;
+if several are steady, in the one next to it. This likelihood has no edges.
+
+The effect itself, in the motion that a slow run comes to, is fitted from the end of that fit. The slow run's
+likelihood has edges, at which a speed changes over from one motion to another. If the end lies beyond an edge, or
+its residuals are far larger than with the free force, fits also start from the best of a cloud of points.
 """
 
 from __future__ import annotations
@@ -59,9 +61,11 @@ def can_recover(case: Case, position: float) -> bool:
 
 
 def starts_from_force(extended: Case, without: Case, position: float, law: ForceLaw, ceiling: float = np.inf) -> Array:
-    """Points (n, d) of the unit cube from which to fit a problem that an effect has extended: a force by a law at a position, m.
-    There are none if no law is found that has a steady motion, or where a free force leaves a deviance above a ceiling: no law
-    comes lower. The data are such that `can_recover`. `SettingError` for a law that does not come from `ksmea.nonlinear.laws`."""
+    """Starting points (n, d), unit cube, of a fit with a force by a law at a position, m.
+
+    Empty if no law with a steady motion is found, or if a free force has a deviance above `ceiling`: no law comes
+    lower. The data are such that `can_recover`. Raises `SettingError` for a law that is not one of
+    `ksmea.nonlinear.laws`."""
     if not isinstance(law, Law):
         raise SettingError(f"force_at: expected a law of ksmea.nonlinear.laws, got {law!r}; subclass Law")
     at_rotation = without.at_1x()
@@ -100,8 +104,9 @@ def starts_from_force(extended: Case, without: Case, position: float, law: Force
 
 
 def _with_all_harmonics(extended: Case, motion: ComplexArray, u: Array) -> Fit | None:
-    """The effect fitted from a point of the unit cube (d,), in the steady motions next to that of its site (n_speed, 2), m; None if
-    there is none on the way."""
+    """Effect fitted from a point (d,) of the unit cube, in the steady motions next to a given one.
+
+    The given motion of its site is (n_speed, 2), m. None if the fit meets a point without a steady motion."""
     likelihood = likelihood_of(extended.by(extended.problem.next_to(motion)))
     with suppress(np.linalg.LinAlgError):
         return Fit(likelihood, maximise(likelihood, likelihood.start(u), tolerance=END, max_iterations=MAX_ITERATIONS))
@@ -109,7 +114,7 @@ def _with_all_harmonics(extended: Case, motion: ComplexArray, u: Array) -> Fit |
 
 
 def _is_of_slow_run(fit: Fit, extended: Case) -> bool:
-    """Whether a slow run comes to the same motions as those that a fit is next to."""
+    """Whether a slow run comes to the motions that a fit is next to."""
     with suppress(np.linalg.LinAlgError):
         return likelihood_of(extended).deviance(fit.point.theta) < fit.deviance + SAME
     return False
@@ -131,8 +136,9 @@ def _draws(best: Point) -> Array:
 
 
 def _in_agreement(case: Case, points: Array) -> Array:
-    """Those of points (n, d) of the unit cube whose response at 1X comes nearest to the data, by the mean |ln ratio|: one speed that
-    is on the other motion counts no more than its ratio."""
+    """The `N_KEPT` of points (n, d) of the unit cube whose response at 1X comes nearest to the data.
+
+    The misfit is the mean |ln ratio|: one speed that is on the other motion counts no more than its ratio."""
     problem, is_1x = case.problem, [channel.is_1x for channel in case.measurement.channels]
     seen = case.measurement.values[:, is_1x]
     misfits = np.full(len(points), np.inf)

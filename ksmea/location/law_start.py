@@ -1,4 +1,4 @@
-"""Where the fit of a law starts: at the coefficients that come nearest to the force as it was recovered."""
+"""Start of the fit of a law: the coefficients that come nearest to the recovered force."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ UNSEEN = 1e-6  # of the largest singular value: directions of the unknowns that 
 
 @dataclass(frozen=True)
 class LawStart:
-    """Where the fit of a law at a site starts: unknowns in the unit cube, coefficients SI; `bic` is that of the law as a model of
-    the recovered force."""
+    """Start of the fit of a law at a site: unknowns in the unit cube, coefficients SI.
+
+    `bic` is the BIC of the law as a model of the recovered force."""
 
     theta: Array
     coefficients: Array
@@ -39,8 +40,10 @@ def law_starts(site: SiteFit, laws: Iterable[Law]) -> list[list[LawStart]]:
 
 
 def nearest_start(site: SiteFit, law: Law) -> LawStart:
-    """Where a law comes nearest to the force at a site, found together with what the data do not show beside a free force, such as
-    an unbalance at the very site: that changes the force, and not the motion."""
+    """Coefficients of a law nearest to the force at a site, with the unknowns that a free force hides.
+
+    The data do not determine these unknowns if the force is free: an unbalance at the site itself changes the force,
+    but not the motion."""
     site = _amid_unseen(site)
     likelihood, recovered, unseen = site.likelihood, _recovered(site), _unseen(site)
     k = unseen.shape[1]
@@ -79,7 +82,7 @@ def _amid_unseen(site: SiteFit) -> SiteFit:
 
 
 def _unseen(site: SiteFit) -> Array:
-    """Directions (d, k) in the unit cube along which the data do not change beside a free force."""
+    """Directions (d, k) in the unit cube along which the data do not change if the force is free."""
     _, sizes, directions = np.linalg.svd(site.point.whitened, full_matrices=False)
     return np.asarray(directions[sizes < UNSEEN * sizes.max()].T)
 
@@ -96,7 +99,7 @@ def _motion(recovered: RecoveredForce) -> ComplexArray:
 
 
 def _others(site: SiteFit) -> list[SiteFit]:
-    """The fit with other values of unknowns that the data do not show beside a free force, but may beside a law."""
+    """The fit with other values of unknowns that data show with a law at most, not with a free force."""
     hidden = ~site.point.shown
     if not np.any(hidden):
         return []
@@ -140,8 +143,9 @@ def _nearest(law: Law, speed: Array, target: ComplexArray, spread: Array, motion
 
 
 def _from_best(law: Law, force: Callable[[Array], Array], goal: Array, tried: Array) -> Array:
-    """The coefficients of a law that is linear in the first alone, its size: the best of those that are tried, each with the size that
-    suits it, refined with all of them."""
+    """Coefficients of a law that is linear in the first alone, its size.
+
+    Each of the tried sets gets the best size for it; the best set is refined in all coefficients."""
     forces = force(tried)
     tried[:, 0] = forces @ goal / np.maximum(np.sum(forces**2, axis=1), np.finfo(float).tiny)
     tried = np.maximum(tried, law.least)

@@ -27,9 +27,11 @@ N_LEVEL = 9  # levels of each part of the noise that a search is started from th
 def restricted_noise(
     residual: ComplexArray, columns: ComplexArray, response: ComplexArray, values: ComplexArray, n_fitted: float
 ) -> Noise:
-    """Relative part and floor from residuals (n_speed, n_channel), columns (n_speed, n_channel, k), the fitted response
-    (n_speed, n_channel) and measured values, all m; `n_fitted` unknowns, or a share of them, were fitted along, which both parts
-    are corrected for."""
+    """Relative part and floor of the noise by restricted maximum likelihood.
+
+    From residuals (n_speed, n_channel), columns (n_speed, n_channel, k), the fitted response (n_speed, n_channel)
+    and measured values, all m. Both parts are corrected for `n_fitted` unknowns, or a share of them, that were also
+    estimated."""
     magnitude = np.abs(response)
 
     def restricted_deviance(logarithms: Array) -> float:

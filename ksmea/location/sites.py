@@ -81,8 +81,9 @@ def _sampled(point: ProjectedPoint, measurement: Measurement, noise: ComplexArra
 
 
 def _tested(statistics: Array, names: Sequence[str]) -> list[SiteQuality]:
-    """Sites with p from statistics (n_site, 1 + n_simulated, n_statistic): the smallest of each sample among those of all
-    samples, the data's own included."""
+    """Sites with p from statistics (n_site, 1 + n_simulated, n_statistic).
+
+    The smallest rank of the data is compared with the smallest rank of every sample, the data included."""
     found = []
     for of_site in statistics:
         ranks = np.stack([upper_ranks(column) for column in of_site.T], axis=1) / len(of_site)

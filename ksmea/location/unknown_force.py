@@ -44,8 +44,9 @@ LEAST_KEPT = 1e-6
 
 @dataclass(frozen=True)
 class Unmodelled:
-    """What the model lacks, a quantity (one of `QUANTITIES`) at a position (m); without one it lacks nothing. A pair of forces is at
-    a second position too."""
+    """Quantity (one of `QUANTITIES`) at a position (m) that the model lacks; if it is None, nothing is missing.
+
+    A pair of forces also acts at a second position."""
 
     quantity: str | None = None
     position: float = 0.0

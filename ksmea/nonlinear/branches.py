@@ -1,15 +1,16 @@
-"""All steady motions of a harmonic balance: the curve of motions over the level of the excitation, followed through its folds.
+"""All steady motions of a harmonic balance, by following a curve over the level of the excitation.
 
-At level s of the excitation, y = s Q + G f(y). From rest at s = 0 a curve leads over s, at one speed: where the resonance curve
-folds over speed it folds over s, and each time that it passes s = 1 is a steady motion of the rotor as it is. It needs no
-receptances between the speeds, and all speeds go along at once. The curve goes on as far as dissipation lets motions grow, and
-steps are parts of what has been reached (pseudo-arclength: H. B. Keller, in Applications of Bifurcation Theory, 1977, 359–384;
-E. L. Allgower and K. Georg, Introduction to Numerical Continuation Methods, 2003, ch. 6).
+At level s of the excitation, y = s Q + G f(y). From rest at s = 0 a curve leads over s, at one speed. If the
+resonance curve folds over speed, this curve folds over s, and each passage of s = 1 is a steady motion of the rotor
+as it is. It needs no receptances between the speeds, and all speeds are followed at once. The curve goes on as far
+as dissipation lets motions grow, and steps are parts of what has been reached (pseudo-arclength: H. B. Keller, in
+Applications of Bifurcation Theory, 1977, 359–384; E. L. Allgower and K. Georg, Introduction to Numerical
+Continuation Methods, 2003, ch. 6).
 
-Motions where dI/dy of the equations has a determinant below zero lie between two folds and are unstable: disturbances grow without
-changing their phase. That is exact for the folds, where a Floquet multiplier passes 1, and tells nothing of motions that begin to
-beat (a pair of multipliers leaving the unit circle). Motions on loops over speed that no curve from rest reaches at their own speed
-are not found.
+Motions at which dI/dy of the equations has a determinant below zero lie between two folds and are unstable:
+disturbances grow without changing their phase. That is exact for the folds, at which a Floquet multiplier passes 1.
+It does not detect motions that begin to beat (a pair of multipliers leaving the unit circle). Motions on loops over
+speed that no curve from rest reaches at their own speed are not found.
 """
 
 from __future__ import annotations
@@ -124,8 +125,10 @@ def _tangent(balance: Balance, motion: Array, level: Array, last: Array) -> Arra
 def _corrected(
     balance: Balance, motion: Array, level: Array, ahead: Array, direction: Array, scale: Array
 ) -> tuple[Array, Mask, Indices]:
-    """Points (n, p + 1) of the curve next to those that lie `ahead`, by Newton's method at right angles to the curve, whether they are
-    on it, and after how many corrections."""
+    """Points (n, p + 1) of the curve near predicted ones, whether they are on it, and corrections.
+
+    The predicted points lie `ahead` of known ones. Newton's method corrects them at right angles to the curve; the
+    number of its corrections is returned."""
     found = np.concatenate([motion, level[:, None]], axis=1) + ahead
     is_on: Mask = np.zeros(len(found), dtype=bool)
     n_correction = np.zeros(len(found), dtype=int)

@@ -1,9 +1,10 @@
-"""Forces on a site of the shaft that depend on its motion otherwise than linearly, at every angle of its orbit.
+"""Nonlinear forces on a site of the shaft as functions of its motion, at every angle of the orbit.
 
-A law is a function of coefficients (n, n_coefficient), an orbit r (n, n_angle, 2), m, and e^{iφ} (n_angle,), φ = Ωt the angle of
-the shaft, which turns from x to y. It gives the force (n, n_angle, 2), N, and its derivatives by r (n, n_angle, 2, 2), N/m. Where a
-force has a corner, as where contact begins, `rounding` makes a parabola of it, as wide as this part of the clearance: ways to a
-solution are followed by that. What of a force turns at which harmonic is the matter of `ksmea.nonlinear.harmonic_balance`.
+A law is a function of coefficients (n, n_coefficient), an orbit r (n, n_angle, 2), m, and e^{iφ} (n_angle,), φ = Ωt
+the angle of the shaft, which turns from x to y. It gives the force (n, n_angle, 2), N, and its derivatives by r (n,
+n_angle, 2, 2), N/m. If a force has a corner, as at the onset of contact, `rounding` replaces it by a parabola whose
+width is this fraction of the clearance; searches for a solution first follow the rounded force. The harmonics of a
+force are the subject of `ksmea.nonlinear.harmonic_balance`.
 """
 
 from __future__ import annotations
@@ -46,8 +47,10 @@ def spring_above_an_amplitude(
 
 
 def rub(coefficients: Array, orbit: Array, turn: ComplexArray, rounding: float) -> tuple[Array, Array]:
-    """The same stop with friction μ against the turning shaft, F = −k (1 − δ/|r|) (r + μ J r), J a quarter turn from x to y: its
-    surface slides the way that it turns, whatever its whirl. Coefficients: k N/m, δ m, μ.
+    """Stop with friction μ against the turning shaft: F = −k (1 − δ/|r|) (r + μ J r) outside |r| = δ.
+
+    J is a quarter turn from x to y: the surface of the shaft slides in the direction of its rotation, whatever its
+    whirl. Coefficients: k N/m, δ m, μ.
 
     J. Jiang and H. Ulbrich, Nonlinear Dyn. 24 (2001) 269–283; A. Muszynska, Rotordynamics, 2005, ch. 5."""
     stiffness, clearance, friction = (each[:, None] for each in coefficients.T)

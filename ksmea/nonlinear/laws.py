@@ -1,11 +1,11 @@
-"""Laws that a force on the shaft may follow: from speed alone, or from the motion of its site.
+"""Laws of a force on the shaft: as a function of speed, or of the motion of its site.
 
-A law has a few real coefficients c: f = Σ c g(Ω), or f = −K q with K = Σ c K(Ω) and q the motion of the site, or another
-function of the orbit (`ksmea.nonlinear.contact`). The force moves its site along:
+A law has a few real coefficients c: f = Σ c g(Ω), or f = −K q with K = Σ c K(Ω) and q the motion of the site, or
+another function of the orbit (`ksmea.nonlinear.contact`). The force also moves its site:
 
     q = Q + G f(q),
 
-with Q the motion without it and G that per unit of it. Where it is linear, f = −(1 + K G)⁻¹ K Q.
+with Q the motion without the force and G the motion per unit of it. If the force is linear, f = −(1 + K G)⁻¹ K Q.
 
 Sign convention: a real force is Re(f e^{iΩt}); a rotating vector is (1, −i) in (x, y).
 """
@@ -75,7 +75,7 @@ class Law(ABC):
         return None
 
     def shows(self, coefficients: Array, speed: Array) -> bool:
-        """Whether coefficients (n_coefficient,) SI are those of what the law means at speeds (n_speed,), and not of a simpler one."""
+        """Whether coefficients (n_coefficient,) SI describe this law at speeds (n_speed,), not a simpler one."""
         return True
 
     @abstractmethod
@@ -84,10 +84,9 @@ class Law(ABC):
 
     @abstractmethod
     def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
-        """Force (n, n_speed, 2) N with coefficients (n, n_coefficient) SI, in the steady motion that it is part of. Where
-        there are several, it is the one that `steady_motion` chooses.
+        """Force (n, n_speed, 2) N with coefficients (n, n_coefficient) SI, in its steady motion.
 
-        Raises LinAlgError if there is none."""
+        If several steady motions exist, `steady_motion` chooses one. Raises LinAlgError if no steady motion exists."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +179,9 @@ class SpringMass(StiffnessLaw):
 
 @dataclass(frozen=True)
 class NonlinearLaw(Law):
-    """Any function of the motion. Where it bends resonance curves, its first coefficient says which way: above zero it stiffens."""
+    """Any function of the motion.
+
+    If it bends resonance curves, the sign of its first coefficient gives the direction: above zero it stiffens."""
 
     on_orbit: OrbitForce
     bends: bool = True
@@ -205,7 +206,7 @@ class NonlinearLaw(Law):
         return self.clearance is not None
 
     def stiffens(self, coefficients: Array) -> Array:
-        """1 where it stiffens, −1 where it softens, 0 where it bends nothing, (n,)."""
+        """1 if it stiffens, −1 if it softens, 0 if it does not bend resonance curves, (n,)."""
         return np.sign(coefficients[:, 0]) * self.bends
 
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:

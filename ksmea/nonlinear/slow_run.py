@@ -34,9 +34,10 @@ def n_negative(stiffness: ComplexArray) -> Indices:
 def most_held(
     speed: Array, stiffens: Array, negative: Indices, point: Indices, held: Indices, is_stable: Mask
 ) -> Indices:
-    """How many resonances a run may hold back at each speed, (n, n_speed), up where the force stiffens (n,) and down where it softens.
+    """Largest number of resonances that a run may hold back at each speed, (n, n_speed).
 
-    `negative` (n, n_speed) is that of the rotor alone; motions are at a `point` each of all n n_speed, hold back `held` and may be
+    Speeds rise if the force stiffens (n,) and fall if it softens. `negative` (n, n_speed) counts the negative
+    eigenvalues of the rotor alone. Motions are at a `point` each of all n n_speed, hold back `held` and may be
     stable."""
     n, n_speed = negative.shape
     softens = stiffens < 0

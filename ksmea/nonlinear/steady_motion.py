@@ -1,16 +1,17 @@
-"""The steady motion of sites of the shaft under forces that depend on it, as a slow run-up or run-down comes to it.
+"""Steady motion of shaft sites under nonlinear forces, as reached by a slow run-up or coast-down.
 
-Where a resonance curve folds over there are several. A spring that stiffens leans it to higher speeds: a slow run-up stays on the
-large motion until that ends and falls, and on the way down the small one stays until that ends. One that softens leans it to lower
-speeds, with both changed over (A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, 1979, section 4.1). So a motion is chosen at each
-speed by itself: up on a stiffening force and down on a softening one the largest stable motion, else the smallest. Where resonances in two
-directions lean over each other there may be a third stable motion, on which a slow run may be: that is not told.
+If a resonance curve folds over, several steady motions exist. A spring that stiffens leans it to higher speeds: a
+slow run-up stays on the large motion until that ends and falls, and on the way down the small one stays until that
+ends. A spring that softens leans it to lower speeds, with both changed over (A. H. Nayfeh and D. T. Mook, Nonlinear
+Oscillations, 1979, section 4.1). So a motion is chosen at each speed by itself: up on a stiffening force and down on
+a softening one the largest stable motion, else the smallest. If resonances in two directions lean over each other, a
+third stable motion may exist, on which a slow run may be: it is not detected.
 
-Which speeds have one motion alone is known beforehand. With Z = G⁻¹, a force that stiffens is monotone, and so are the equations
-where Z + Zᴴ is positive definite; one that softens where it is negative definite. Dissipation bounds all motions, by
-|ZQ| / λ_min((Z − Zᴴ)/2i), and so the derivative of the force; where that is little against Z, there is one motion too. At other
-speeds all are found with the frequency of rotation alone (`ksmea.nonlinear.branches`), and the chosen one leads to that with all
-harmonics.
+The speeds with a single motion are known beforehand. With Z = G⁻¹, a force that stiffens is monotone, and so are the
+equations if Z + Zᴴ is positive definite; for one that softens, if it is negative definite. Dissipation bounds all
+motions, by |ZQ| / λ_min((Z − Zᴴ)/2i), and so the derivative of the force; if that is small against Z, the motion is
+unique too. At other speeds all are found with the frequency of rotation alone (`ksmea.nonlinear.branches`), and the
+chosen one leads to the motion with all harmonics.
 """
 
 from __future__ import annotations
@@ -52,8 +53,9 @@ class SiteMotion:
 
 @dataclass(frozen=True)
 class SteadyForce:
-    """A force in the motion that it is part of: the harmonics (n, n_speed, n_order, m) of both, N and m; and the part (n, n_speed) that
-    the largest harmonic of the force which is left out has of that of the rotation."""
+    """A force in the motion that it is part of: harmonics (n, n_speed, n_order, m) of both, N and m.
+
+    `left_out` (n, n_speed) is the ratio of the largest neglected harmonic of the force to its harmonic of rotation."""
 
     harmonics: ComplexArray
     motion: ComplexArray
@@ -73,7 +75,7 @@ class SiteForce:
 
     @property
     def stays_large(self) -> Mask:
-        """Where the largest stable motion is chosen, (n,)."""
+        """Whether the largest stable motion is chosen, (n,)."""
         return np.asarray((self.stiffens < 0) != self.goes_up)
 
 
@@ -165,7 +167,7 @@ def _balance(
 
 
 def _components(first: ComplexArray, orders: tuple[int, ...]) -> Array:
-    """Those of a motion that has the first (n, n_known, m) of these harmonics alone."""
+    """Components of a motion that has only the first (n, n_known, m) of these harmonics."""
     motion = np.zeros((len(first), len(orders), first.shape[2]), dtype=complex)
     motion[:, : first.shape[1]] = first
     return Harmonics(orders).components(motion)
@@ -184,7 +186,7 @@ def _largest(alone: ComplexArray, stiffness: ComplexArray) -> Array:
 
 
 def _has_one_motion(rotation: Balance, stiffness: ComplexArray, stiffens: Array, largest: Array) -> Mask:
-    """Where that is certain, (n,)."""
+    """Whether a single motion is certain, (n,)."""
     real = np.linalg.eigvalsh((stiffness + stiffness.conj().swapaxes(1, 2)) / 2)
     is_monotone = np.where(stiffens > 0, real[:, 0] > 0, real[:, -1] < 0) & ~np.isnan(stiffens)
     m = rotation.alone.shape[1] // 2

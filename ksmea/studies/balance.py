@@ -301,7 +301,7 @@ def _response_with(fit: Fit, weights: ComplexArray) -> tuple[PolarRecord, ...]:
 
 
 def _spread(fit: Fit) -> tuple[SpreadRecord, ...]:
-    """Standard deviations entry by entry, and p of the spread between runs being that of repeats (F test)."""
+    """Standard deviations entry by entry, and p that the spread between runs equals the repeats (F test)."""
     data, components = fit.readings, fit.components
     repeats, drift = data.repeat_variance, components.drift
     found = []
@@ -347,7 +347,9 @@ def _entry_misfit(data: Readings, entries: Sequence[EntryRecord], beside: str, f
 
 
 def _left_out(found: EstimatesByOthers, fit: Fit, level: float) -> LeftOutRecord:
-    """The table of weights from all other runs, and its figures of merit; regions are as wide as those others ask for."""
+    """Table of weights from all other runs, and its figures of merit.
+
+    The width of each region is calibrated on the other runs."""
     squared, runs = squared_errors(found), list(found)
     radius2 = [conformal_radius2(np.delete(squared, index, axis=0), level) for index in range(len(runs))]
     records = [

@@ -90,7 +90,7 @@ def sweep_remarks(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]
 
 
 def _rate_remarks(found: Diagnosis, history: SpeedHistory | None, name: str) -> tuple[str, ...]:
-    """Whether a fitted rate and that of times or rows agree, and whether the speed went at a constant one."""
+    """Whether a fitted rate agrees with the rate from times or rows, and whether the rate was constant."""
     if history is None or history.rates is None or history.rate is None:
         return ()
     given = "the times give" if history.from_times else "the rows, if each is a turn of the shaft, give"

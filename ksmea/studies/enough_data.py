@@ -19,8 +19,9 @@ TO_TEST = 2  # real data per unknown below which the fit is not tested: it follo
 
 
 def n_real(layout: Layout) -> int:
-    """Real numbers that were measured: one of an amplitude, two of an amplitude and its phase; of differences between runs
-    those of one run less."""
+    """Measured real numbers: one for an amplitude, two for an amplitude and its phase.
+
+    Differences between runs count one run less."""
     is_by_differences = layout.campaign is not None and layout.campaign.reference
     n_cancelled = len(equal_speeds(layout.speed, COMMON_SPEED)) if is_by_differences else 0
     return (len(layout.speed) - n_cancelled) * len(layout.channels) * Observable(layout.kind).dimensions
@@ -48,7 +49,7 @@ def require_enough(layout: Layout, n_unknown: int, *, with_noise: bool) -> None:
 
 
 def can_be_tested(layout: Layout, n_unknown: int, *, with_noise: bool) -> bool:
-    """Whether data are many enough that a wrong model would show in what the fit leaves."""
+    """Whether there are enough data for a wrong model to show in the residuals."""
     return n_real(layout) >= TO_TEST * (n_unknown + n_noise(layout, with_noise=with_noise))
 
 

@@ -38,13 +38,12 @@ def detailed_identification(
     beside: LocationOptions | None = None,
     remarks: Sequence[str] = (),
 ) -> IdentificationRecord:
-    """The record of an identification (`ksmea.studies.identify.identified`) with details, if the options ask for them: the data in
-    words with `remarks`, data and fit over speed, a test of the fit by simulations.
+    """Record of an identification (`ksmea.studies.identify.identified`), with details if options set them.
 
-    Args:
-        rng: for the simulations of intervals and tests.
-        beside: also estimate the unknowns with a force that the model lacks (`location_options`, `ksmea.studies.locate`): they
-            hold although the model is wrong.
+    Details are the data in words with `remarks`, data and fit over speed, and a test of the fit by simulations.
+
+    Args: rng: for the simulations of intervals and tests. beside: also estimate the unknowns with a force that the
+    model lacks (`location_options`, `ksmea.studies.locate`): they hold although the model is wrong.
 
     Raises:
         SettingError: fewer data than unknowns.

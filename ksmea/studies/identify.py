@@ -380,7 +380,9 @@ def _with_crlb(record: IdentificationRecord, information: Identifiability) -> Id
 
 
 def _identifiability(case: Case, x: Array, noise: Noise, beside: Array | None) -> Identifiability:
-    """Information of the data at x (d,) SI, or at `beside`, the values of a joint fit; of the differences if only these count."""
+    """Information of the data at x (d,) SI, or at the values of a joint fit (if given).
+
+    The information of the differences if only these count."""
     problem, measurement = case.problem, case.measurement
     if not measurement.is_by_differences:
         known = measurement.noise is not None

@@ -52,7 +52,7 @@ LOCAL_FORCE = "local_force"  # the effect that a law at a place is
 
 @dataclass(frozen=True)
 class LocationOptions(Settings):
-    """What is tried where, and how sure a rejection has to be."""
+    """Candidate effects and positions of a location, and the level of its rejections."""
 
     level: float = setting(
         0.01, "chance of rejecting the true site; 2000 simulations resolve no smaller one", at_least=0.002, at_most=0.5

@@ -180,7 +180,7 @@ NEAR_FACTOR = 0.03  # by which a fitted gain may differ from the factor of anoth
 
 
 def unit_of_gain(gain: float) -> str:
-    """How amplitudes were given whose gain is that of another unit; empty if it is of none.
+    """Unit error that a gain of the amplitudes amounts to, in words; empty if the gain fits no unit.
 
     >>> unit_of_gain(25.5)
     'amplitudes were converted from mil though they were in µm'

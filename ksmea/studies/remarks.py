@@ -21,7 +21,7 @@ def campaign_remarks(case: Case) -> tuple[str, ...]:
 
 
 def _on_no_disk(case: Case) -> list[str]:
-    """Weights that sit next to the disks, where the problem knows its disks."""
+    """Remarks on weights that sit on no disk, if the problem knows its disks."""
     disks, campaign = disk_positions(case.problem), case.measurement.campaign
     if campaign is None or not disks:
         return []

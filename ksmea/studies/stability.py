@@ -1,9 +1,10 @@
-"""The stability threshold of what a study found, with an interval next to it.
+"""Stability threshold of the model that a study found, with an interval.
 
-The interval is that of the growth rate by the delta method: the covariance of the estimates is the inverse of the Fisher
-information, to which the limits of the search add what a value drawn evenly between them has; steps of one standard
-deviation along its principal directions change the growth rate at each speed, and their squares add up. Its ends are
-the lowest speeds at which the upper and the lower end of the growth rate are above 0.
+The interval comes from the interval of the growth rate by the delta method: the covariance of the estimates is the
+inverse of the Fisher information, to which the limits of the search add the information of a value drawn evenly
+between them. Steps of one standard deviation along its principal directions change the growth rate at each speed,
+and their squares add up. The ends are the lowest speeds at which the upper and the lower end of the growth rate are
+above 0.
 """
 
 from __future__ import annotations
