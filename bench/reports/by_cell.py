@@ -86,7 +86,7 @@ def hidden_by_cell(runs: pd.DataFrame) -> dict[int, str]:
 
 
 def hidden_paragraph(plan: Plan, runs: pd.DataFrame, study: str) -> str:
-    """Hidden effects as text below a table, or where runs.csv lists them by run; empty if nothing is hidden."""
+    """Hidden effects as text below a table, or a reference to runs.csv; empty if nothing is hidden."""
     hidden = hidden_by_cell(runs)
     if not hidden and HIDDEN_COLUMN in runs and runs[HIDDEN_COLUMN].notna().any():
         return hidden_text([f"drawn by each run: {HIDDEN_COLUMN} in runs.csv"], study)

@@ -116,7 +116,7 @@ class _NotDrawn:
 
 
 def _written(entry: tuple[Path, Drawing]) -> bytes | _NotDrawn:
-    """Write a figure and return its content; if it cannot be drawn, remove an older one drawn from other tables."""
+    """Write a figure and return its content; if it cannot be drawn, remove an older version."""
     path, drawing = entry
     try:
         made = drawing if isinstance(drawing, bytes) else drawing()

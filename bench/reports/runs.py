@@ -29,7 +29,7 @@ def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
 
 
 def of_identifications(plan: Plan, output: Path) -> pd.DataFrame:
-    """A row for every planned identification, with one reported value of each unknown, in the words of their table.
+    """A row for every planned identification, with one reported value of each unknown.
 
     `kxx_value` is the reported value, `kxx_search_end` the end of the method's search, which tables of methods compare
     as `kxx`.

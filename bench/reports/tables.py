@@ -29,11 +29,12 @@ EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Tidy table: a row per parameter (then updates, evaluations, time) and cell; median, quartiles, failures.
 
-    `error_pct_median` is the median of the absolute errors, `crlb_pct` the CRLB. If the true values are
-    not known, the CRLB is evaluated at the identified values, and errors are NaN. `most_likely`, `low` and `high` are medians of the maximum of
-    the likelihood and of the ends of the interval around it, empty if that side is open in most of them; `covered_pct`
-    says how many of the intervals hold the reference, `ended_short_pct` how many searches stopped elsewhere than at that
-    maximum, `excess_deviance` by how much (median), and `beyond_pct` how many beyond the joint 95 % region. For `exact`, a share of the runs, the median is their mean.
+    `error_pct_median` is the median of the absolute errors, `crlb_pct` the CRLB. If the true values are not known, the
+    CRLB is evaluated at the identified values, and errors are NaN. `most_likely`, `low` and `high` are medians of the
+    maximum of the likelihood and of the ends of the interval around it, empty if that side is open in most of them;
+    `covered_pct` says how many of the intervals hold the reference, `ended_short_pct` how many searches stopped elsewhere
+    than at that maximum, `excess_deviance` by how much (median), and `beyond_pct` how many beyond the joint 95 % region.
+    For `exact`, a share of the runs, the median is their mean.
     """
     printed = _printed_values(plan.report.paper)
     rows = [
@@ -139,7 +140,7 @@ def _printed_values(paper: str | None) -> dict[tuple[str, Any], tuple[float, flo
 
 
 def _printed_column(plan: Plan, cell: Cell) -> Any:
-    """Column of the paper's table to compare a cell with: its label for table 6, else its number of samples."""
+    """Column of the paper's table for a cell: its label in table 6, else its number of samples."""
     return cell.place.get("label") if plan.report.paper == "table6" else cell.place.get("samples")
 
 

@@ -1,8 +1,9 @@
 """Audit of the paper: each printed error against the CRLB, under every reading of its print.
 
-The *chance* of a printed error e, rounding r, is the probability that an efficient unbiased estimate comes so near by luck:
+The *chance* of a printed error e, rounding r, is the probability that an efficient unbiased estimate is as near:
 P(|N(0, b)| ≤ e + r) with the Cramér–Rao lower bound (CRLB) b; r is half the last digit of the error or of the value,
-whichever is more. The *blind chance* is the chance of a point drawn evenly between the search limits. The verdict on a value:
+whichever is more. The *blind chance* is the chance of a point drawn evenly between the search limits. The verdict on
+a value:
 
 - `possible`: its chance is at least 5 %, or its blind chance is, or it lies at a limit of the search. A value far off
   is always possible, for any method can do worse than the CRLB;

@@ -32,8 +32,8 @@ def calibration_page(
 ) -> Page:  # fmt: skip
     """Page of a calibration: headline, table and charts.
 
-    `errors` has the errors of each parameter and cell in units of the CRLB, `levels` the confidence level of each cell's
-    intervals; `name` is the experiment's name.
+    `errors` has the errors of each parameter and cell in units of the CRLB, `levels` the confidence level of each
+    cell's intervals; `name` is the experiment's name.
     """
     charts = [Drawn(partial(calibration_chart, title, frame, names, errors, levels), f"{name}.png")]
     charts += [Drawn(partial(basins_chart, frame, names))] if frame["right_basin_pct"].notna().any() else []
@@ -61,7 +61,7 @@ def calibration_chart(
     errors: Mapping[str, Sequence[Array]],
     levels: Sequence[float],
 ) -> Chart:
-    """Errors in units of the CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %) and coverage, a row per parameter."""
+    """Errors in CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %) and coverage, a row per parameter."""
     has_coverage = "covered_pct" in frame and bool(frame["covered_pct"].notna().any())
     stacks = []
     for name, of in errors.items():

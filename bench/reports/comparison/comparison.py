@@ -38,8 +38,8 @@ DATA = (
     "repetition",
 )  # settings that say which data they are
 SAME_DATA = (
-    "note: both results use the same data with the same noise: expect differences below σ, which assumes two independent"
-    " measurements"
+    "note: both results use the same data with the same noise: expect differences below σ, which assumes two"
+    " independent measurements"
 )
 
 

@@ -1,4 +1,4 @@
-"""Tests of the differences between methods: of all, of each pair, and of both halves of the repetitions."""
+"""Tests of the differences between methods: all, each pair, and both halves of the repetitions."""
 
 from __future__ import annotations
 

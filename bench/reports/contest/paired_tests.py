@@ -45,7 +45,7 @@ def friedman(scores: Array) -> Friedman:
 
 
 def pairs_frame(scores: Array, methods: Sequence[str]) -> pd.DataFrame:
-    """A row per pair: instances on which the first is better, worse or alike, and whether the methods differ.
+    """A row per pair: instances on which the first is better, worse or alike; whether the two differ.
 
     `p` is Wilcoxon's, `p_holm` its correction by Holm; `told_apart` says whether the latter is below `LEVEL`.
     """
@@ -94,7 +94,7 @@ def holm(p: Array) -> Array:
 
 
 def cliques(ordered: Sequence[str], pairs: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Longest stretches of methods, in the order of their mean ranks, in which no pair differs significantly."""
+    """Longest stretches of methods, ordered by mean rank, in which no pair differs significantly."""
     apart = {frozenset(pair) for pair in pairs.loc[pairs["told_apart"], ["method", "other"]].itertuples(index=False)}
     found: list[tuple[int, int]] = []
     for first in range(len(ordered)):

@@ -9,8 +9,8 @@
 - Profiles: the share of the instances on which a method is fast, alone and relative to the others. `times`
   (n_instance, n_method) are ERTs, infinite if no run reaches the target; an instance without any success counts as unsolved by all.
 - Break-even: the price of one true-model evaluation from which a surrogate pays. A target takes N evaluations and an overhead of
-  the method's own, total = N · price + overhead; the overhead is the time until the target less the true model's time, which
-  is assumed to be spread evenly over its evaluations.
+  the method's own, total = N · price + overhead; the overhead is the time until the target less the true model's time,
+  which is assumed to be spread evenly over its evaluations.
 """
 
 from __future__ import annotations

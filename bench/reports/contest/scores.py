@@ -22,7 +22,7 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Criterion:
-    """Score of each run (n_run,), lower is better; `resolves`: medians are rounded to what the data resolve (`resolved`)."""
+    """Score of each run (n_run,), lower is better; `resolves`: medians are compared by `resolved`."""
 
     name: str
     values: Array

@@ -39,7 +39,7 @@ class Next:
 
 
 def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | None:
-    """Next step from a recommended run, written as in `measurement.runs`, for a cell with results in `output`.
+    """Next step from a recommended `run` (as in `measurement.runs`), for a cell with results in `output`.
 
     None if nothing is recommended, if a label stands for settings of the cell, or if the source of the data is not
     known here.
@@ -69,7 +69,7 @@ def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | N
 
 
 def _command(plan: Plan, cell: Cell, changes: Sequence[str]) -> str:
-    """The command of a cell, quoted for a shell, with `changes` in place of the arguments that they override."""
+    """The command of a cell, quoted for a shell; `changes` replace the arguments that they override."""
     swept = [axis for axis in plan.axes if axis != "samples"] if len(plan.cells) > 1 else []
     words = [*(override(axis, cell.place[axis]) for axis in swept if axis in cell.place), *changes]
     changed = {_key(word) for word in words}
@@ -95,9 +95,9 @@ def _campaign(source: Mapping[str, Any], run: str, output: Path) -> str:
     speeds = [limit if end is None else end for end, limit in zip(ends, ANY_SPEED)]
     used = f", speeds: [{speeds[0]:g}, {speeds[1]:g}]" if any(ends) else ""
     return f"""\
-# The measured run and the run recommended next. Measure the latter with the same probes, with the weight below added to the
-# shaft, and put its data into {FURTHER_FILE} in the folder of this file. If another weight was used, enter it in a copy:
-# the command that wrote this file overwrites it.
+# The measured run and the run recommended next. Measure the latter with the same probes, add the weight below to the
+# shaft, and put its data into {FURTHER_FILE} in the folder of this file. If another weight was used, enter it in a
+# copy: the command that wrote this file overwrites it.
 # position: m from the left end; angle_deg: from where the phases of the model's unbalance count, towards the direction of
 # rotation.
 runs:

@@ -28,7 +28,7 @@ CLEARLY_VISIBLE = 60.0  # deviance that is expected to be left
 
 
 def power_row(record: DiagnosisRecord, _: Cell) -> dict[str, Any]:
-    """Columns of a record for its power: unknowns of the hidden effects, candidates tried, ambiguity group."""
+    """Columns of a record: unknowns of the hidden effects, candidates tried, ambiguity group."""
     return {
         "unknowns": sum(len(effect.parameters) for effect in record.hidden),
         "candidates": len(record.ranking),
@@ -107,7 +107,7 @@ def power_frame(with_effect: pd.DataFrame) -> pd.DataFrame:
 
 
 def rates(with_effect: pd.DataFrame, by: str) -> pd.DataFrame:
-    """Counts of clearly visible effects as in `power_frame`: a row per effect or kind of data, and one for all."""
+    """Counts of clearly visible effects: a row per effect or kind of data, and one for all."""
     visible = with_effect[with_effect[DROP] >= CLEARLY_VISIBLE]
     rows = [{by: name, **_counts(mine)} for name, mine in visible.groupby(by, sort=False)]
     return pd.DataFrame([*rows, {by: "all", **_counts(visible)}])
@@ -136,7 +136,7 @@ def false_alarms(right: pd.DataFrame) -> pd.DataFrame:
 
 
 def confusion(with_effect: pd.DataFrame) -> pd.DataFrame:
-    """Share of the clearly visible draws of each effect (rows) whose reported set holds each effect (columns).
+    """Share of clearly visible draws of an effect (rows) whose reported set holds each effect (columns).
 
     Two further columns: draws that are detected but not named, and draws that are not detected.
     """

@@ -93,7 +93,7 @@ class DiagnosisReport(Report):
 
 
 def public(record: DiagnosisRecord, following: Next | None = None) -> dict[str, Any]:
-    """Content of diagnosis.json: findings, next step, and in a last field of its own the effects hidden in synthetic data."""
+    """Content of diagnosis.json: findings, next step and, as last field, the effects hidden in the data."""
     data = with_units(record)
     found = {name: value for name, value in data.items() if name not in OF_THE_BENCH}
     found |= {"next": following.to_data()} if following else {}

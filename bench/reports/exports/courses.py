@@ -140,7 +140,7 @@ def _failed(budget: float) -> Array:
 
 
 def _budgets(plan: Plan, traces: Mapping[str, Traced]) -> list[float]:
-    """Cost charged to a failed run of each cell: its budget, or else the highest cost of a run on the instance."""
+    """Cost charged to a failed run of each cell: its budget, or the highest cost on the instance."""
     instances, most = [identity(cell) for cell in plan.cells], dict[str, float]()
     for run in plan.runs:
         if (traced := traces.get(run.key)) is not None:
@@ -169,7 +169,7 @@ def _places(plan: Plan) -> tuple[list[Place], pd.DataFrame]:
 
 
 def _algorithms(plan: Plan) -> list[str]:
-    """Name of each cell's method, with the axes that distinguish it from equally named ones on the same data."""
+    """Name of each cell's method, with the axes that distinguish it from its namesakes on the same data."""
     named = [method_name(cell) for cell in plan.cells]
     axes = [axis for axis in plan.axes if axis != "label" and axis.split(".")[0] not in OF_INSTANCE]
     met: dict[tuple[str, str], list[dict[str, str]]] = {}

@@ -92,7 +92,7 @@ def page_facts(folder: Path) -> Mapping[str, Any]:
 
 
 def _name(folder: Path) -> str:
-    """Argument by which `collect` finds a folder: its path within `results`, or outside of it the path as given."""
+    """Argument by which `collect` finds a folder: its path within `results`, or the path as given."""
     whole = folder.absolute()
     root = next((each for each in whole.parents if each.name == RESULTS), None)
     return str(folder) if root is None else whole.relative_to(root).as_posix()
