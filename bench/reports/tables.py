@@ -32,9 +32,9 @@ def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     `error_pct_median` is the median of the absolute errors, `crlb_pct` the CRLB. If the true values are not known, the
     CRLB is evaluated at the identified values, and errors are NaN. `most_likely`, `low` and `high` are medians of the
     maximum of the likelihood and of the ends of the interval around it, empty if that side is open in most of them;
-    `covered_pct` says how many of the intervals hold the reference, `ended_short_pct` how many searches stopped elsewhere
-    than at that maximum, `excess_deviance` by how much (median), and `beyond_pct` how many beyond the joint 95 % region.
-    For `exact`, a share of the runs, the median is their mean.
+    `covered_pct` says how many of the intervals hold the reference, `ended_short_pct` how many searches stopped
+    elsewhere than at that maximum, `excess_deviance` by how much (median), and `beyond_pct` how many beyond the joint
+    95 % region. For `exact`, a share of the runs, the median is their mean.
     """
     printed = _printed_values(plan.report.paper)
     rows = [

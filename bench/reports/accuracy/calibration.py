@@ -89,7 +89,8 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 def basin_shares(results: pd.DataFrame) -> dict[str, float]:
     """Per cent of the runs by their nearest maximum of the likelihood; NaN if not known.
 
-    The right maximum is the one nearest to the true values; others are lower (wrong) or higher. One is higher if the noise makes it more likely.
+    The right maximum is the one nearest to the true values; another one is lower (wrong), or higher if the noise makes
+    it more likely.
     """
     if "basin_excess" not in results or results["basin_excess"].isna().all():
         return {"right_basin_pct": np.nan, "wrong_basin_pct": np.nan, "higher_elsewhere_pct": np.nan}

@@ -1,7 +1,8 @@
 """Runs of a contest: method, instance, cost until each target, and excess and error at the end.
 
 Methods are compared on the draws, an instance with a seed and a repetition, that all of them have ended;
-`Contest.notes` counts the others. A run that failed, or has no trace, has reached nothing, at the cost of its whole budget.
+`Contest.notes` counts the others. A run that failed, or has no trace, has reached nothing, at the cost of its whole
+budget.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ class Contest:
         return found
 
     def medians(self, values: Array, draws: np.ndarray | None = None) -> Array:
-        """Medians (n_instance, n_method) of a value of runs (n_run,) over all or some draws (n_run,); NaN without one."""
+        """Medians (n_instance, n_method) of a value of runs (n_run,) over all or some draws; NaN without one."""
         frame = self.runs[["method", "instance"]].assign(value=values)
         chosen = frame if draws is None else frame[draws]
         table = chosen.groupby(["instance", "method"])["value"].median().unstack()

@@ -28,7 +28,7 @@ def command_line(words: Sequence[str]) -> str:
 
 
 def _quoted(word: str) -> str:
-    """Quote a word for a shell, in double quotes if it has single ones and nothing special within them."""
+    """Quote a word for a shell; in double quotes if it has single ones but nothing that they expand."""
     return f'"{word}"' if "'" in word and not set('"$`\\!') & set(word) else shlex.quote(word)
 
 
