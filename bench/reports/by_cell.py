@@ -26,14 +26,14 @@ def run_lines(plan: Plan, output: Path) -> Lines:
 
 
 def plain_runs(plan: Plan, lines: Lines) -> pd.DataFrame:
-    """A row per planned run: where it stands and what became of it."""
+    """A row per planned run: its cell and axes, repetition, status and error."""
     return pd.DataFrame([_place(plan, run, lines) for run in plan.runs])
 
 
 def result_runs(
     plan: Plan, lines: Lines, record_type: type[AnyRecord], row: Callable[[AnyRecord, Cell], dict[str, Any]]
 ) -> pd.DataFrame:
-    """The same, and a `row` of what the record of each run that has a result says, told of its cell."""
+    """A row per planned run as in `plain_runs`, extended by `row(record, cell)` if the run has a result."""
     rows = []
     for run in plan.runs:
         line, cell = lines.get(run.key), plan.cells[run.cell]
@@ -65,7 +65,7 @@ def only_result(plan: Plan, lines: Lines, record_type: type[AnyRecord]) -> tuple
 
 
 def said_once(by_cell: Mapping[int, Iterable[Said]]) -> dict[int, list[Said]]:
-    """What is said of each cell, without what was said of one before it.
+    """Statements about each cell, without repeating any made about an earlier cell.
 
     >>> said_once({0: ["a", "b"], 2: ["b", "c"]})
     {0: ['a', 'b'], 2: ['c']}
@@ -86,7 +86,7 @@ def hidden_by_cell(runs: pd.DataFrame) -> dict[int, str]:
 
 
 def hidden_paragraph(plan: Plan, runs: pd.DataFrame, study: str) -> str:
-    """The same as text below a table, and where to find what each of several runs drew; empty if nothing is hidden."""
+    """Hidden effects as text below a table, or a reference to runs.csv; empty if nothing is hidden."""
     hidden = hidden_by_cell(runs)
     if not hidden and HIDDEN_COLUMN in runs and runs[HIDDEN_COLUMN].notna().any():
         return hidden_text([f"drawn by each run: {HIDDEN_COLUMN} in runs.csv"], study)

@@ -79,8 +79,10 @@ def collect(output: Path, redraw: bool = True) -> int:
 
 
 def draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> tuple[dict[str, bytes], bool]:
-    """Write figures, which processes share; one that cannot be drawn is told in a line and costs no other, nor any table. What
-    was written, and whether that is all."""
+    """Write figures in parallel processes; return their contents by name, and whether all were written.
+
+    A figure that cannot be drawn is reported in a line; all others, and the tables, are still written.
+    """
     drawn: dict[str, bytes] = {}
     try:
         drawings = figures()
@@ -114,7 +116,7 @@ class _NotDrawn:
 
 
 def _written(entry: tuple[Path, Drawing]) -> bytes | _NotDrawn:
-    """The content of a figure, which is written too; without one that stood there of other tables where it cannot be drawn."""
+    """Write a figure and return its content; if it cannot be drawn, remove an older version."""
     path, drawing = entry
     try:
         made = drawing if isinstance(drawing, bytes) else drawing()
@@ -133,8 +135,10 @@ def _png(chart: Chart) -> bytes:
 
 
 def _write_figures_and_page(plan: Plan, made: Made, output: Path) -> bool:
-    """Write the charts of the page as pictures, further figures, and the page; where it cannot be made, say so in a line: the
-    tables are written. Whether all is there."""
+    """Write the page, its charts as pictures and further figures; return whether all were written.
+
+    A page that cannot be made is reported in a line: the tables are already written.
+    """
     try:
         page, said = None if made.page is None else made.page(), _unfinished(made.runs)
         page = page.titled(said) if page is not None and said else page

@@ -26,7 +26,7 @@ def orbits(response: Response) -> Orbits:
     curves = {"measured": response.measured, "model": list(response.at_speeds.values())[-1]}
     return Orbits(
         "Orbits",
-        "The path of the shaft in each plane at a speed, measured (dotted) and by the model; dots: where it is at phase 0.",
+        "The path of the shaft in each plane at a speed, measured (dotted) and modelled; dots: position at phase 0.",
         tuple(response.speed.tolist()),
         {
             place: {curve: _phasors(values[:, columns] @ to_xy.T) for curve, values in curves.items()}

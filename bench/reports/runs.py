@@ -29,8 +29,11 @@ def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
 
 
 def of_identifications(plan: Plan, output: Path) -> pd.DataFrame:
-    """The same for runs of which one value of each unknown is reported, in the words of their table: `kxx_value` is that
-    value and `kxx_search_end` where the method's search ended, which tables of methods compare as `kxx`."""
+    """A row for every planned identification, with one reported value of each unknown.
+
+    `kxx_value` is the reported value, `kxx_search_end` the end of the method's search, which tables of methods compare
+    as `kxx`.
+    """
     runs = runs_frame(plan, output)
     unknowns = dict.fromkeys(facts.name for cell in plan.cells for facts in cell.parameters)
     for name in unknowns.keys() & set(runs.columns):

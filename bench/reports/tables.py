@@ -29,11 +29,12 @@ EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Tidy table: a row per parameter (then updates, evaluations, time) and cell; median, quartiles, failures.
 
-    `error_pct_median` is the median of the absolute errors, `crlb_pct` the CRLB, at the identified values
-    where nobody knows the true ones: there is no error then. `most_likely`, `low` and `high` are medians of the maximum of
-    the likelihood and of the ends of the interval around it, empty if that side is open in most of them; `covered_pct`
-    says how many of the intervals hold the reference, `ended_short_pct` how many searches stopped elsewhere than at that
-    maximum, `excess_deviance` by how much (median), and `beyond_pct` how many beyond the joint 95 % region. For `exact`, a share of the runs, the median is their mean.
+    `error_pct_median` is the median of the absolute errors, `crlb_pct` the CRLB. If the true values are not known, the
+    CRLB is evaluated at the identified values, and errors are NaN. `most_likely`, `low` and `high` are medians of the
+    maximum of the likelihood and of the ends of the interval around it, empty if that side is open in most of them;
+    `covered_pct` says how many of the intervals hold the reference, `ended_short_pct` how many searches stopped
+    elsewhere than at that maximum, `excess_deviance` by how much (median), and `beyond_pct` how many beyond the joint
+    95 % region. For `exact`, a share of the runs, the median is their mean.
     """
     printed = _printed_values(plan.report.paper)
     rows = [
@@ -88,7 +89,7 @@ def _summary_row(
 
 
 def _reference(facts: ParameterFacts | None) -> float:
-    """The true value in the parameter's unit; not a number if there is none."""
+    """The true value in the parameter's unit; NaN if it is not known."""
     return np.nan if facts is None or facts.truth is None else facts.truth / facts.si_per_unit
 
 
@@ -139,7 +140,7 @@ def _printed_values(paper: str | None) -> dict[tuple[str, Any], tuple[float, flo
 
 
 def _printed_column(plan: Plan, cell: Cell) -> Any:
-    """The column of the paper's table that a cell stands beside: its label where it has one of the table's."""
+    """Column of the paper's table for a cell: its label in table 6, else its number of samples."""
     return cell.place.get("label") if plan.report.paper == "table6" else cell.place.get("samples")
 
 
@@ -264,7 +265,7 @@ def _level_pct(plan: Plan) -> str:
 
 
 def _interval_text(row: pd.Series) -> str:
-    """'[49.9, 50.1]', '> 0.3', '< 0.9'; '?' where the data do not tell, '–' if there is none."""
+    """'[49.9, 50.1]', '> 0.3', '< 0.9'; '?' if both ends are open, '–' without an interval."""
     if lacks_interval(row.to_frame().T).item() or row["parameter"] in EFFORT | EXACT:
         return "–"
     low, high = row["low"], row["high"]

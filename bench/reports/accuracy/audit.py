@@ -1,8 +1,9 @@
-"""The audit of the paper: each printed error next to what the data could have told, under every reading of its print.
+"""Audit of the paper: each printed error against the CRLB, under every reading of its print.
 
-The *chance* of a printed error e, rounding r, is that of an efficient unbiased estimate to come so near by luck:
+The *chance* of a printed error e, rounding r, is the probability that an efficient unbiased estimate is as near:
 P(|N(0, b)| ≤ e + r) with the Cramér–Rao lower bound (CRLB) b; r is half the last digit of the error or of the value,
-whichever is more. The *blind chance* is that of a point drawn evenly between the limits of the search. The verdict on a value:
+whichever is more. The *blind chance* is the chance of a point drawn evenly between the search limits. The verdict on
+a value:
 
 - `possible`: its chance is at least 5 %, or its blind chance is, or it lies at a limit of the search. A value far off
   is always possible, for any method can do worse than the CRLB;
@@ -173,7 +174,7 @@ def _damping(printed: pd.DataFrame, facts: Mapping[str, Unknown]) -> str:
 
 
 def _slip(slips: pd.DataFrame, table: str, parameter: str, column: str) -> str:
-    """What is known to be wrong in print about a value, apart from the unit, which is what the readings are about."""
+    """Known misprints of a value, without misprinted units, which the readings cover."""
     return "; ".join(
         f"{slip.printed}: {slip.reason}"
         for slip in slips[slips["table"] == table].itertuples()

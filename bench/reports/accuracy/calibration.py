@@ -87,8 +87,11 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def basin_shares(results: pd.DataFrame) -> dict[str, float]:
-    """Per cent of the runs whose nearest maximum of the likelihood is the truth's own; another and lower one; another and
-    higher one, where the noise makes other values more likely."""
+    """Per cent of the runs by their nearest maximum of the likelihood; NaN if not known.
+
+    The right maximum is the one nearest to the true values; another one is lower (wrong), or higher if the noise makes
+    it more likely.
+    """
     if "basin_excess" not in results or results["basin_excess"].isna().all():
         return {"right_basin_pct": np.nan, "wrong_basin_pct": np.nan, "higher_elsewhere_pct": np.nan}
     excess = results["basin_excess"].dropna()
@@ -119,7 +122,7 @@ def _level(cell: Cell) -> float:
 
 
 def _intervals(results: pd.DataFrame, facts: ParameterFacts, level: float) -> dict[str, float]:
-    """Coverage with its standard error, half-widths against those of the CRLB, and shares by basis."""
+    """Coverage with its standard error, half-width relative to a CRLB interval, and shares by basis."""
     name = facts.name
     if f"{name}_interval" not in results or results.empty:
         return {}
@@ -197,7 +200,7 @@ def _relative_errors(cell: Cell, name: str, runs: pd.DataFrame) -> np.ndarray:
 
 
 def _estimates(runs: pd.DataFrame, name: str) -> pd.Series:
-    """The method's values; those of the joint fit, which is its last step, of runs that have numbers known to a tolerance."""
+    """The method's values, or the joint fit's for runs with numbers known to a tolerance."""
     if FITTED_INPUTS not in runs or f"{name}_most_likely" not in runs:
         return runs[name]
     return runs[name].where(runs[FITTED_INPUTS].isna(), runs[f"{name}_most_likely"])

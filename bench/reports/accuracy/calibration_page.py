@@ -30,8 +30,11 @@ BASINS = {
 def calibration_page(
     title: str, text: str, frame: pd.DataFrame, names: Sequence[str], errors: Mapping[str, Sequence[Array]], levels: Sequence[float], name: str
 ) -> Page:  # fmt: skip
-    """`errors` are those of each parameter and cell in units of the CRLB, `levels` the confidence levels of the intervals, `name` is
-    that of the experiment."""
+    """Page of a calibration: headline, table and charts.
+
+    `errors` has the errors of each parameter and cell in units of the CRLB, `levels` the confidence level of each
+    cell's intervals; `name` is the experiment's name.
+    """
     charts = [Drawn(partial(calibration_chart, title, frame, names, errors, levels), f"{name}.png")]
     charts += [Drawn(partial(basins_chart, frame, names))] if frame["right_basin_pct"].notna().any() else []
     sections = (
@@ -58,7 +61,7 @@ def calibration_chart(
     errors: Mapping[str, Sequence[Array]],
     levels: Sequence[float],
 ) -> Chart:
-    """Errors in units of the CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %), a row per parameter; coverage beside."""
+    """Errors in CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %) and coverage, a row per parameter."""
     has_coverage = "covered_pct" in frame and bool(frame["covered_pct"].notna().any())
     stacks = []
     for name, of in errors.items():

@@ -38,8 +38,8 @@ DATA = (
     "repetition",
 )  # settings that say which data they are
 SAME_DATA = (
-    "note: both are of the same data, whose noise is the same: the differences are expected to be smaller than σ says, which is"
-    " that of two independent measurements"
+    "note: both results use the same data with the same noise: expect differences below σ, which assumes two"
+    " independent measurements"
 )
 
 

@@ -33,8 +33,11 @@ RECORD_TYPES: Mapping[str, type[IdentificationRecord | DiagnosisRecord]] = {
 
 @dataclass(frozen=True)
 class Side:
-    """What is compared of one result. `finding` is its verdict in short, which another one of the same study can equal,
-    `facts` are numbers and words by name, `level` is that of the intervals."""
+    """One result as it is compared with another.
+
+    `finding` is its short verdict, which another result of the same study can equal; `facts` are numbers and words by
+    name; `level` is the confidence level of the intervals.
+    """
 
     name: str
     plan: Plan
@@ -129,7 +132,7 @@ def _diagnosis_findings(line: RunLine) -> Findings:
 
 
 def _of_extension(record: DiagnosisRecord) -> dict[str, Shown]:
-    """The unknowns that the extended model has in addition to those of the model as given, where it is believed."""
+    """Unknowns that an accepted extended model adds to the model as given; empty if none is accepted."""
     if record.verdict == "located" and record.location is not None and record.location.extension is not None:
         own, found = {row.name for row in record.coefficients}, record.location.extension
         return {

@@ -1,4 +1,4 @@
-"""Where a cell stands in a contest: its method, its instance and family, and what a run of it may take.
+"""Facts of a cell in a contest: its method, its instance and family, and the budget of its runs.
 
 A *method* is a label. An *instance* is the whole of a cell's problem and measurement settings, its *family* the problem's setting
 of that name, or the problem's own name.

@@ -1,4 +1,4 @@
-"""How far methods are told apart: tests of all, of each pair, and of both halves of the seeds."""
+"""Tests of the differences between methods: all, each pair, and both halves of the repetitions."""
 
 from __future__ import annotations
 

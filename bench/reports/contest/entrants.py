@@ -17,7 +17,7 @@ NAME, BUDGET, SAMPLES = "name", "budget", "samples"
 
 
 def entrants_frame(plan: Plan) -> pd.DataFrame:
-    """A row per method, all of it text; settings in which its cells differ are told as ranges."""
+    """A row per method, all text; settings that differ between its cells as a range or a list."""
     methods: dict[str, list[Cell]] = {}
     for cell in plan.cells:
         methods.setdefault(method_name(cell), []).append(cell)

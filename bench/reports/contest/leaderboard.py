@@ -18,9 +18,10 @@ from ksmea.arrays import Array
 def leaderboard(contest: Contest, weights: Array) -> pd.DataFrame:
     """A row per group of instances and method, the best first by mean rank of the first criterion, over all instances.
 
-    `first` is the share of samples of instances in which the method's mean rank is the lowest, `reached` that of its runs which
-    reach the main target, `speed` the area under its ECDF, `overhead_s` the expected seconds of its own until the main target, and
-    `break_even_s` the price of an evaluation from which on it takes less time than the fastest method without a surrogate.
+    `first` is the share of samples of instances in which the method's mean rank is the lowest, `reached` the share of
+    its runs that reach the main target, `speed` the area under its ECDF, `overhead_s` the expected seconds of its own
+    until the main target, and `break_even_s` the price of an evaluation from which on it takes less time than the fastest
+    method without a surrogate.
     """
     main = contest.measures[0]
     scored = all_scores(contest)

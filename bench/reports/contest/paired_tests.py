@@ -45,8 +45,10 @@ def friedman(scores: Array) -> Friedman:
 
 
 def pairs_frame(scores: Array, methods: Sequence[str]) -> pd.DataFrame:
-    """A row per pair: on how many instances the first is better, worse or alike, p of Wilcoxon's test, the same by Holm, and
-    whether they are told apart."""
+    """A row per pair: instances on which the first is better, worse or alike; whether the two differ.
+
+    `p` is Wilcoxon's, `p_holm` its correction by Holm; `told_apart` says whether the latter is below `LEVEL`.
+    """
     rows = []
     for one, other in combinations(range(len(methods)), 2):
         difference = _difference(scores[:, one], scores[:, other])
@@ -92,7 +94,7 @@ def holm(p: Array) -> Array:
 
 
 def cliques(ordered: Sequence[str], pairs: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Longest stretches of methods, in the order of their mean ranks, in which no pair is told apart."""
+    """Longest stretches of methods, ordered by mean rank, in which no pair differs significantly."""
     apart = {frozenset(pair) for pair in pairs.loc[pairs["told_apart"], ["method", "other"]].itertuples(index=False)}
     found: list[tuple[int, int]] = []
     for first in range(len(ordered)):

@@ -68,7 +68,10 @@ def _means(of_instance: Array, weights: Array) -> Array:
 
 
 def _tau(one: Array, other: Array) -> Array:
-    """τ-b (n,) of each pair of rows (n, n_method): of all pairs, agreeing less disagreeing ones over those that do not tie."""
+    """Kendall's τ-b (n,) of each pair of rows (n, n_method).
+
+    Concordant less discordant pairs of methods, over the geometric mean of the numbers of untied pairs in both rows.
+    """
     signs = [np.sign(np.round(each[:, :, None] - each[:, None], DIGITS)) for each in (one, other)]
     untied = [np.sum(each**2, axis=(1, 2)) for each in signs]
     with np.errstate(invalid="ignore"):

@@ -9,8 +9,8 @@
 - Profiles: the share of the instances on which a method is fast, alone and relative to the others. `times`
   (n_instance, n_method) are ERTs, infinite if no run reaches the target; an instance without any success counts as unsolved by all.
 - Break-even: the price of one true-model evaluation from which a surrogate pays. A target takes N evaluations and an overhead of
-  the method's own, total = N · price + overhead; the overhead is the time until the target without that of the true model, which
-  is assumed to be spread evenly over its evaluations.
+  the method's own, total = N · price + overhead; the overhead is the time until the target less the true model's time,
+  which is assumed to be spread evenly over its evaluations.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def spent(hits: Array, ends: Array) -> Array:
 
 
 def expected_running_time(costs: Array, successes: Array) -> Array:
-    """ERT of summed costs and numbers of successes, of any common shape; infinite if there is no success.
+    """ERT of summed costs and numbers of successes, of any common shape; infinite without a success.
 
     Two runs reach the target at 10 and 30, one ends at 100 without:
 

@@ -1,7 +1,8 @@
-"""The runs of a contest: which method met which instance, when it reached each target, and what it had when it ended.
+"""Runs of a contest: method, instance, cost until each target, and excess and error at the end.
 
-Methods are compared on the draws, an instance with a seed and a repetition, that all of them have ended; what is left out is
-told. A run that failed, or has no trace, has reached nothing, at the cost of its whole budget.
+Methods are compared on the draws, an instance with a seed and a repetition, that all of them have ended;
+`Contest.notes` counts the others. A run that failed, or has no trace, has reached nothing, at the cost of its whole
+budget.
 """
 
 from __future__ import annotations
@@ -76,8 +77,7 @@ class Contest:
         return found
 
     def medians(self, values: Array, draws: np.ndarray | None = None) -> Array:
-        """Medians over the draws, or some of them (n_run,), of a value of runs (n_run,), as (n_instance, n_method); not a
-        number if there is none."""
+        """Medians (n_instance, n_method) of a value of runs (n_run,) over all or some draws; NaN without one."""
         frame = self.runs[["method", "instance"]].assign(value=values)
         chosen = frame if draws is None else frame[draws]
         table = chosen.groupby(["instance", "method"])["value"].median().unstack()
@@ -85,7 +85,7 @@ class Contest:
 
 
 def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Contest:
-    """The contest of a plan, its runs (`runs_frame`) and the traces of those that have one.
+    """The contest of a plan, its runs (`runs_frame`) and their traces by key, if they have one.
 
     Raises `SettingError` if a label has several cells of one instance and seed.
     """
@@ -166,7 +166,7 @@ def _notes(
 
 
 def _end(run: Mapping[str, Any], traced: Traced | None) -> dict[str, Any]:
-    """What a run had when it ended, and what it took; infinitely far where it has nothing."""
+    """Cost, times, excess and error at the end of a run; NaN costs and infinite errors without a trace."""
     if run["status"] not in RESULTS or traced is None or not len(traced.trace.misfit):
         return dict(zip(ENDED, (run["status"] not in RESULTS, False, np.nan, np.nan, np.nan, np.inf, np.inf)))
     return {

@@ -22,7 +22,7 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Criterion:
-    """What each run (n_run,) is scored by; `resolves` says that the data tell results apart no finer than `resolved` does."""
+    """Score of each run (n_run,), lower is better; `resolves`: medians are compared by `resolved`."""
 
     name: str
     values: Array
@@ -35,8 +35,10 @@ class Criterion:
 
 
 def criteria(contest: Contest) -> dict[str, Criterion]:
-    """The excess at the end, the error at the end, and how early the targets of the first of them are reached; those that nobody
-    knows are left out. The first one orders all tables."""
+    """Excess at the end, error at the end, and speed, by name; the first one orders all tables.
+
+    A measure without a finite value is omitted. Speed is how early the targets of the first measure are reached.
+    """
     found = {
         each.name: Criterion(each.name, contest.runs[each.name].to_numpy(float), True) for each in contest.measures
     }

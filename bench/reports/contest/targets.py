@@ -27,7 +27,7 @@ class Measure:
 
     @property
     def main_index(self) -> int:
-        """Where the main target stands among all."""
+        """Index of the main target in `targets`."""
         return self.targets.index(self.main)
 
 

@@ -63,7 +63,7 @@ def _plural(count: int | str, noun: str) -> str:
 
 
 def sentences(contest: Contest, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd.DataFrame) -> list[str]:
-    """Who is first by each criterion, over all instances; whether both halves of the seeds agree; what is left out."""
+    """Findings over all instances: leaders by each criterion, the fastest method, failures, and notes."""
     n_instance = len(contest.instances)
     findings = [_of_criterion(name, board, pairs, tests, n_instance) for name in _criteria(board)]
     if n_instance < LEAST_INSTANCES:
@@ -148,7 +148,7 @@ def _fastest(contest: Contest, board: pd.DataFrame) -> list[str]:
 
 
 def _of_set(contest: Contest) -> list[str]:
-    """Of which set of instances this is, where instances say so."""
+    """Sentence on the set of the instances, open or held back; empty if no instance states its set."""
     sets = contest.instances["held_back"].map({True: "held back", False: "open"}).dropna()
     counts = sets.value_counts()
     if counts.empty:

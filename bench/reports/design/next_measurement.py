@@ -39,8 +39,11 @@ class Next:
 
 
 def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | None:
-    """What follows from a recommended run, as `measurement.runs` has it, to the data of a cell whose results lie in `output`;
-    None if nothing is recommended, or the data come from a source that is not known here."""
+    """Next step from a recommended `run` (as in `measurement.runs`), for a cell with results in `output`.
+
+    None if nothing is recommended, if a label stands for settings of the cell, or if the source of the data is not
+    known here.
+    """
     source = cell.settings["measurement"]
     if not run or (len(plan.cells) > 1 and "label" in plan.axes):  # a label stands for settings that no command has
         return None
@@ -66,7 +69,7 @@ def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | N
 
 
 def _command(plan: Plan, cell: Cell, changes: Sequence[str]) -> str:
-    """The command of a cell with other words in place of those that they change, quoted for a shell."""
+    """The command of a cell, quoted for a shell; `changes` replace the arguments that they override."""
     swept = [axis for axis in plan.axes if axis != "samples"] if len(plan.cells) > 1 else []
     words = [*(override(axis, cell.place[axis]) for axis in swept if axis in cell.place), *changes]
     changed = {_key(word) for word in words}
@@ -92,9 +95,9 @@ def _campaign(source: Mapping[str, Any], run: str, output: Path) -> str:
     speeds = [limit if end is None else end for end, limit in zip(ends, ANY_SPEED)]
     used = f", speeds: [{speeds[0]:g}, {speeds[1]:g}]" if any(ends) else ""
     return f"""\
-# The measured run, and the one that is recommended next. Measure it by the same probes, with the weight below on the shaft
-# besides what is there, and put its data into {FURTHER_FILE} beside this file. Where another weight was put on, write that
-# instead, into a copy: the command that wrote this file writes it anew.
+# The measured run and the run recommended next. Measure the latter with the same probes, add the weight below to the
+# shaft, and put its data into {FURTHER_FILE} in the folder of this file. If another weight was used, enter it in a
+# copy: the command that wrote this file overwrites it.
 # position: m from the left end; angle_deg: from where the phases of the model's unbalance count, towards the direction of
 # rotation.
 runs:

@@ -66,7 +66,7 @@ def after_plan(following: Next | None) -> Iterator[Block]:
 
 
 def _beside(plan: Plan, extended: str) -> str:
-    """The folder of an identification by an extended model, next to that of its diagnosis: results/identify_run_up_extended."""
+    """Folder of an extended model's identification, next to its diagnosis, as identify_run_up_extended."""
     folder = Path(extended).parent.absolute()  # '.' has no name
     own = f"{folder.name}_".removeprefix(f"{plan.name}_").removesuffix(
         "_"

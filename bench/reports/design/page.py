@@ -39,7 +39,7 @@ def plan_page(
     table: pd.DataFrame,
     name: str,
 ) -> Page:
-    """Sections of each plan, by its title and text, and a chart of all; `name` is that of the experiment and its files."""
+    """Page of all plans, by title, text and record, with a chart; `name`: of the experiment and files."""
     sections = [Section(title or "What to add", (Prose(text),)) for title, text, _ in found]
     if found:
         chart = partial(planning_chart, {title: record for title, _, record in found}, name)

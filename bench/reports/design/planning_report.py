@@ -98,7 +98,7 @@ def _run_row(plan: Plan, run: Run, line: RunLine | None) -> dict[str, Any]:
 
 
 def _cell_columns(plan: Plan, cell: int) -> dict[str, str | float | None]:
-    """Where a cell stands on the axes that tell it from others."""
+    """Values of a cell on the axes that distinguish it from others."""
     values = {axis: plan.cells[cell].place.get(axis) for axis in telling_axes(plan)}
     values = {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in values.items()}
     return {axis: value for axis, value in values.items() if axis != "samples" or value is not None}

@@ -104,4 +104,4 @@ def _summary(runs: pd.DataFrame) -> str:
         [str(outcome), str(len(mine)), number(mine["n_accepted"].median()), number(mine["seconds"].median(), 3)]
         for outcome, mine in groups
     ]
-    return aligned(["kind", "runs", "accepted (median)", "s of a core (median)"], lines)
+    return aligned(["kind", "runs", "accepted (median)", "CPU seconds (median)"], lines)

@@ -1,6 +1,6 @@
 """Power of a diagnosis, counted over draws: detection against size, confusion, and coverage.
 
-A draw counts as detected where the verdict says that the model is wrong. The chance of that follows from the deviance that
+A draw counts as detected if the verdict says that the model is wrong. The chance of that follows from the deviance that
 the effect is expected to leave: a noncentral χ² with as many degrees of freedom as the effect has unknowns, against the
 quantile that the level leaves to each candidate.
 """
@@ -28,7 +28,7 @@ CLEARLY_VISIBLE = 60.0  # deviance that is expected to be left
 
 
 def power_row(record: DiagnosisRecord, _: Cell) -> dict[str, Any]:
-    """What a record tells in addition to its verdict: unknowns of what is hidden, and candidates that were tried."""
+    """Columns of a record: unknowns of the hidden effects, candidates tried, ambiguity group."""
     return {
         "unknowns": sum(len(effect.parameters) for effect in record.hidden),
         "candidates": len(record.ranking),
@@ -82,8 +82,10 @@ def _facts(plan: Plan, index: int) -> dict[str, Any]:
 
 
 def chance(drop: float, unknowns: int, candidates: int, level: float) -> float:
-    """Of detecting an effect of that many unknowns among candidates, where the deviance it leaves is expected to be `drop`;
-    `level` is that of all candidates together."""
+    """Probability of detecting an effect of `unknowns` unknowns with an expected deviance drop of `drop`.
+
+    `level` is the significance level of all candidates together.
+    """
     critical = scipy.stats.chi2.isf(level / candidates, unknowns)
     return float(scipy.stats.ncx2.sf(critical, unknowns, drop))
 
@@ -105,7 +107,7 @@ def power_frame(with_effect: pd.DataFrame) -> pd.DataFrame:
 
 
 def rates(with_effect: pd.DataFrame, by: str) -> pd.DataFrame:
-    """The same of what is clearly visible, a row per effect or kind of data, and one of all."""
+    """Counts of clearly visible effects: a row per effect or kind of data, and one for all."""
     visible = with_effect[with_effect[DROP] >= CLEARLY_VISIBLE]
     rows = [{by: name, **_counts(mine)} for name, mine in visible.groupby(by, sort=False)]
     return pd.DataFrame([*rows, {by: "all", **_counts(visible)}])
@@ -127,15 +129,17 @@ def _counts(mine: pd.DataFrame) -> dict[str, Any]:
 
 
 def false_alarms(right: pd.DataFrame) -> pd.DataFrame:
-    """Of data that hide nothing, by kind of data and of all: draws, and how many are called wrong."""
+    """Draws and false alarms for data that hide nothing, by kind of data and in total."""
     rows = [(data, len(mine), int(mine["detected"].sum())) for data, mine in right.groupby(DATA, sort=False)]
     rows.append(("all", len(right), sum(alarms for _, _, alarms in rows)))
     return pd.DataFrame(rows, columns=[DATA, "draws", "false_alarms"])
 
 
 def confusion(with_effect: pd.DataFrame) -> pd.DataFrame:
-    """Share of the draws of each effect (rows) that are clearly visible whose reported set holds each effect (columns); further
-    columns for those that end without a name."""
+    """Share of clearly visible draws of an effect (rows) whose reported set holds each effect (columns).
+
+    Two further columns: draws that are detected but not named, and draws that are not detected.
+    """
     visible = with_effect[with_effect[DROP] >= CLEARLY_VISIBLE]
     hidden = list(dict.fromkeys(with_effect[EFFECT]))
     reported = {name for group in visible["group"].fillna("") for name in group.split()}

@@ -65,8 +65,9 @@ def about(with_effect: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) ->
     seconds = pd.concat([with_effect["seconds"], right["seconds"]])
     return (
         f"{len(seconds)} of {len(runs)} runs have a result, {len(right)} of them of right models; tables by effect and kind count draws that"
-        f" are expected to leave a deviance of {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. Where a limit or the loss of"
-        " stability comes first, the size is the largest possible one, which leaves less, and fewer are detected. A data set takes"
+        f" are expected to leave a deviance of {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals."
+        " If a limit or the loss of stability comes first, the size is the largest possible one, which leaves less, and"
+        " fewer are detected. A data set takes"
         f" {seconds.median():.1f} CPU seconds (median), {seconds.quantile(0.9):.1f} s at most for nine of ten."
     )
 

@@ -93,8 +93,7 @@ class DiagnosisReport(Report):
 
 
 def public(record: DiagnosisRecord, following: Next | None = None) -> dict[str, Any]:
-    """What diagnosis.json holds: what was found, what to do next, and last, in a field of its own, what synthetic data were
-    made to hide."""
+    """Content of diagnosis.json: findings, next step and, as last field, the effects hidden in the data."""
     data = with_units(record)
     found = {name: value for name, value in data.items() if name not in OF_THE_BENCH}
     found |= {"next": following.to_data()} if following else {}
@@ -128,9 +127,11 @@ def _row(record: DiagnosisRecord, cell: Cell) -> dict[str, Any]:
 
 
 def coefficients(record: DiagnosisRecord, cell: Cell) -> dict[str, Any]:
-    """Of the model's own unknowns whose true values are known, how many have an interval that is reported in the end, and in how many
-    of these the true value lies: of the extended model, of the model as given where nothing speaks against it, or averaged where several
-    effects explain the data and an average was requested; a location counts its own."""
+    """Numbers of reported intervals of unknowns with a known true value, and of intervals that hold it.
+
+    Intervals are of the extended model if an effect is named, of the model as given if it is not rejected, and averaged
+    if several effects explain the data and an average was requested; a location counts its own.
+    """
     reported: Sequence[EstimateRecord | None] = ()
     if record.averaged is not None:
         reported = record.averaged.coefficients

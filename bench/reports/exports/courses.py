@@ -36,7 +36,7 @@ COLUMNS = ("cost", "excess", "error", "evaluations", "jacobians", "surrogate_eva
 
 @dataclass(frozen=True)
 class Place:
-    """What a run is of: names and numbers from 1. `unknowns` is the dimension."""
+    """Algorithm, function and instance of a run: names, and numbers from 1. `unknowns` is the dimension."""
 
     algorithm: str
     family: str
@@ -140,7 +140,7 @@ def _failed(budget: float) -> Array:
 
 
 def _budgets(plan: Plan, traces: Mapping[str, Traced]) -> list[float]:
-    """What a failed run of each cell is charged: its budget, or without one the most that any run took on the instance."""
+    """Cost charged to a failed run of each cell: its budget, or the highest cost on the instance."""
     instances, most = [identity(cell) for cell in plan.cells], dict[str, float]()
     for run in plan.runs:
         if (traced := traces.get(run.key)) is not None:
@@ -169,7 +169,7 @@ def _places(plan: Plan) -> tuple[list[Place], pd.DataFrame]:
 
 
 def _algorithms(plan: Plan) -> list[str]:
-    """What each cell's method is called, and what tells it from others so called that meet the same data."""
+    """Name of each cell's method, with the axes that distinguish it from its namesakes on the same data."""
     named = [method_name(cell) for cell in plan.cells]
     axes = [axis for axis in plan.axes if axis != "label" and axis.split(".")[0] not in OF_INSTANCE]
     met: dict[tuple[str, str], list[dict[str, str]]] = {}

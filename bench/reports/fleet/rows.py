@@ -56,12 +56,12 @@ class MachineRow:
         }
 
     def shown_values(self) -> dict[str, str]:
-        """Those of its unknowns, for example {'kxx (MN/m)': '50.03 [49.99, 50.06]'}."""
+        """Unknowns with their intervals as text, for example {'kxx (MN/m)': '50.03 [49.99, 50.06]'}."""
         return {f"{name} ({each.unit})": _said(each) for name, each in self.values.items()}
 
 
 def diagnosed(record: DiagnosisRecord) -> MachineRow:
-    """Verdict, cause with its location and sizes, and the unknowns under the model that is believed."""
+    """Verdict, cause with its location and sizes, and the unknowns of the accepted model, else as given."""
     noise = diagnosis_text.believed_noise(record)
     added = [each.after for each in record.coefficients if each.before is None and each.after is not None]
     sizes = [f"{each.name} {_said(each.shown)} {each.unit}" for each in added] if record.is_explained else []

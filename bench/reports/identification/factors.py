@@ -105,13 +105,13 @@ def sweep_of(plan: Plan, runs: pd.DataFrame) -> Sweep | None:
 
 
 def without_twins(plan: Plan, summary: pd.DataFrame) -> pd.DataFrame:
-    """The rows of a table without those of cells whose runs are another cell's."""
+    """Drop the rows of cells that share their runs with an earlier cell."""
     twins = {_place(place_columns(plan, plan.cells[index]), plan) for group in _same_runs(plan) for index in group[1:]}
     return summary[[_place(row, plan) not in twins for _, row in summary.iterrows()]] if twins else summary
 
 
 def _place(of: Mapping[str, Any] | pd.Series, plan: Plan) -> tuple[str, ...]:
-    """Where a cell or its row stands, in words that compare: 40 and 40.0 are one level."""
+    """Levels of a cell or its row on the axes, as comparable text: 40 and 40.0 are one level."""
     return tuple(f"{value:g}" if isinstance(value := of[axis], (int, float)) else str(value) for axis in plan.axes)
 
 

@@ -114,8 +114,10 @@ def interval_elements(at: Array, low: Array, high: Array, values: Array, *, is_l
 
 
 def drawn_ends(low: Array, high: Array, values: Array, *, is_log: bool = False) -> tuple[Array, Array]:
-    """Both ends (n,) of intervals, of which an open one, NaN, lies beyond all ends and values (m,) on its side: on a logarithmic
-    axis by a factor, where an end that is not above 0 is as an open one, and such values are not drawn.
+    """Ends (n,) of intervals to draw, with open ends (NaN) beyond all other ends and values (m,).
+
+    On a logarithmic axis they lie beyond by a factor; an end that is not above 0 counts as open, and a value that is
+    not above 0 is ignored.
 
     >>> drawn_ends(np.array([np.nan, 1.0]), np.array([3.0, 4.0]), np.array([5.0, 6.0]))
     (array([0.5, 1. ]), array([3., 4.]))

@@ -72,7 +72,7 @@ class Courses:
 
 
 def read_courses(plan: Plan, runs: pd.DataFrame, output: Path) -> Courses:
-    """What the figures that an experiment requests are made of; what no record can tell yet is left out."""
+    """Data of the figures that an experiment requests; empty or None if no record has them yet."""
     asked = set(plan.report.figures)
     kept = _kept(plan, output) if {"updates", "response"} & asked else {}
     traces = read_traces(plan, output) if "trace" in asked else {}
@@ -103,7 +103,7 @@ def summary_page(
 
 
 def _of_sweep(plan: Plan, sweep: Sweep, table: tuple[Block, ...], spread: Drawn) -> Iterator[Section]:
-    """What each factor does, then the numbers; of one factor its spread is the picture."""
+    """Sections on the effect of each factor and on the numbers; a single factor is shown by its spread."""
     said = [Prose(". ".join(sweep.merged) + ".")] if sweep.merged else []
     if len(sweep.factors) < 2:
         yield Section("Factors", (*said, spread))

@@ -115,7 +115,7 @@ def trace_frame(plan: Plan, traces: Mapping[str, Traced]) -> pd.DataFrame:
 def stages_frame(plan: Plan, traces: Mapping[str, Traced]) -> pd.DataFrame:
     """A row for each cell and stage of its method, as it ended: medians over its runs of what all until then took, of the
     excess of the best point until then that the true model has evaluated, and of the error of the point that the stage left to
-    the next. Stages on a surrogate, the search and its polish, are those of the last updating step."""
+    the next. Stages on a surrogate, the search and its polish, belong to the last updating step."""
     rows = []
     for index, cell in enumerate(plan.cells):
         runs = [traces[run.key] for run in plan.runs if run.cell == index and run.key in traces]

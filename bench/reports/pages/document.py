@@ -64,7 +64,7 @@ def _attribute(facts: Mapping[str, Any]) -> str:
 
 
 def _header(title: str, page: Page) -> str:
-    """Of which experiment and data, and below it the finding."""
+    """Title with the data, and below it the finding as heading; the title as heading without a finding."""
     if not page.headline:
         return f"<h1>{safe(title)}</h1>"
     about = " · ".join(filter(None, [title, page.about]))

@@ -60,7 +60,7 @@ def studies(plan: Plan) -> list[str]:
 
 
 def plain_page(made: Made, drawings: Mapping[str, bytes]) -> Page:
-    """What is told of a report that says nothing of a page: its text, and its figures."""
+    """Page of a report that defines no page: its text, and its PNG figures."""
     pictures: tuple[Block, ...] = tuple(Picture(name, name) for name in drawings if name.endswith(".png"))
     sections = [Section("Result", (Prose(made.text),)), *([Section("Figures", pictures)] if pictures else [])]
     return Page(first_line(made.text), tuple(sections))

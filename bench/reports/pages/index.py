@@ -78,7 +78,7 @@ INDEX = json.dumps({"index": True})  # the facts of an index itself
 
 
 def page_facts(folder: Path) -> Mapping[str, Any]:
-    """What the page of an experiment says it is about; if there is none, what the plan's first line says."""
+    """Facts stated on an experiment's page; without a page, the name in its plan and how to make the page."""
     page = folder / PAGE
     found = facts_of(_beginning(page)) if page.is_file() else None
     if found is not None and "index" not in found:
@@ -92,7 +92,7 @@ def page_facts(folder: Path) -> Mapping[str, Any]:
 
 
 def _name(folder: Path) -> str:
-    """What `collect` finds a folder by from where `results` lies: its place in there, or of another folder its path."""
+    """Argument by which `collect` finds a folder: its path within `results`, or the path as given."""
     whole = folder.absolute()
     root = next((each for each in whole.parents if each.name == RESULTS), None)
     return str(folder) if root is None else whole.relative_to(root).as_posix()

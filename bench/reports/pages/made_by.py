@@ -28,7 +28,7 @@ def command_line(words: Sequence[str]) -> str:
 
 
 def _quoted(word: str) -> str:
-    """A word with quotes of its own in double ones, which read better, where a shell leaves alone what is in them."""
+    """Quote a word for a shell; in double quotes if it has single ones but nothing that they expand."""
     return f'"{word}"' if "'" in word and not set('"$`\\!') & set(word) else shlex.quote(word)
 
 
@@ -53,7 +53,7 @@ _NOT_PLACE = ("cell", "seed", "status", "error")
 
 
 def _is_place(column: pd.Series) -> bool:
-    """Whether a column of runs.csv says where a run stands: it is filled if there is no result."""
+    """Whether a column of runs.csv describes planned runs: it is filled even in rows without a result."""
     return bool(column.notna().all() and (column.astype(str) != "").all())
 
 
