@@ -82,8 +82,8 @@ class Split:
 def best_split(explanations: Mapping[str, Fit], d: int, workers: Workers = ALONE) -> Split | None:
     """Further measurement of least effort that distinguishes all fitted explanations, or the best one.
 
-    None if no measurement distinguishes any two. Explanations are keyed by name; the unknowns behind the first d belong to
-    effects. Workers share the candidates."""
+    None if no measurement distinguishes any two. Explanations are keyed by name; the unknowns behind the first d belong
+    to effects. Workers share the candidates."""
     names, first = tuple(explanations), next(iter(explanations.values()))
     fits = [_with_other_signs(fit, d) for fit in explanations.values()]
     pairs = list(itertools.combinations(range(len(fits)), 2))

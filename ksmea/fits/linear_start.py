@@ -1,8 +1,9 @@
 """Starts of fits: unbalance vectors and unknowns of an effect that enter linearly are solved for.
 
-With magnitudes m_k and angles of unbalance, and θ of an effect such as a bow, the response at given bearings is q =
-q_0 + Σ c_k m_k ∂q/∂m_k + Σ θ_j ∂q/∂θ_j, with complex factors c_k that scale and turn the vector of each plane. They
-follow from complex data by least squares. A fit by magnitudes and angles cannot cross a magnitude of 0, its limit.
+With magnitudes m_k and angles of unbalance, and θ of an effect such as a bow, the response at given bearings is
+q = q_0 + Σ c_k m_k ∂q/∂m_k + Σ θ_j ∂q/∂θ_j, with complex factors c_k that scale and turn the vector of each plane. They
+follow from complex data by least squares. A fit by magnitudes and angles has to go round a magnitude of 0: it would
+stay at this limit.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Cramér–Rao lower bound (CRLB) of the unknowns before they are measured, from the Fisher information.
+"""Cramér–Rao lower bound (CRLB) of unknowns before a measurement, from the Fisher information.
 
 The covariance of an unbiased estimate is bounded below by the inverse of the information (`ksmea.likelihood.fisher`;
 S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, eq. 3.24).

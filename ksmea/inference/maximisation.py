@@ -41,8 +41,8 @@ NOTHING = np.empty(0, dtype=int)
 class Maximised(Protocol):
     """Interface of a likelihood for Fisher scoring.
 
-    `ksmea.likelihood.likelihood.Likelihood` explains its members. The first d of θ are the unknowns in the unit cube. Values a `period` apart are equal, and the information says
-    nothing beyond `longest_step`."""
+    `ksmea.likelihood.likelihood.Likelihood` explains its members. The first d of θ are the unknowns in the unit cube.
+    Values a `period` apart are equal, and the information says nothing beyond `longest_step`."""
 
     @property
     def d(self) -> int: ...

@@ -8,8 +8,8 @@ and b = Σ (r / V) / W over the runs,
 
     −2 ln L = n [ Σ ln V + ln W + Σ |r − b|² / V ] + constant = n [ ln det C + d* C⁻¹ d ] + constant.
 
-It does not depend on the run that differences are taken from. V is the variance of the readings, s² = (relative ·
-|y|)² + floor²: the model does not know all that they show.
+It does not depend on the run that differences are taken from. V is the variance of the readings,
+s² = (relative · |y|)² + floor²: the model does not know all that they show.
 
 H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545–554, doi 10.1093/biomet/58.3.545: the likelihood of
 contrasts.

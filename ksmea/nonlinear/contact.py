@@ -1,8 +1,8 @@
 """Nonlinear forces on a site of the shaft as functions of its motion, at every angle of the orbit.
 
 A law is a function of coefficients (n, n_coefficient), an orbit r (n, n_angle, 2), m, and e^{iφ} (n_angle,), φ = Ωt
-the angle of the shaft, which turns from x to y. It gives the force (n, n_angle, 2), N, and its derivatives by r (n,
-n_angle, 2, 2), N/m. If a force has a corner, as at the onset of contact, `rounding` replaces it by a parabola whose
+the angle of the shaft, which turns from x to y. It gives the force (n, n_angle, 2), N, and its derivatives by r
+(n, n_angle, 2, 2), N/m. If a force has a corner, as at the onset of contact, `rounding` replaces it by a parabola whose
 width is this fraction of the clearance; searches for a solution first follow the rounded force. The harmonics of a
 force are the subject of `ksmea.nonlinear.harmonic_balance`.
 """

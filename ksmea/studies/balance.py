@@ -301,7 +301,7 @@ def _response_with(fit: Fit, weights: ComplexArray) -> tuple[PolarRecord, ...]:
 
 
 def _spread(fit: Fit) -> tuple[SpreadRecord, ...]:
-    """Standard deviations entry by entry, and p that the spread between runs equals the repeats (F test)."""
+    """Standard deviations entry by entry, and p of equal spread between runs and repeats (F test)."""
     data, components = fit.readings, fit.components
     repeats, drift = data.repeat_variance, components.drift
     found = []

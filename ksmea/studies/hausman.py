@@ -1,11 +1,11 @@
 """Hausman test of a campaign: the joint fit of its runs against the fit of their differences.
 
 If something alike in all runs is not in the model, the two fits disagree. Under a right model both estimates are
-consistent and the joint one is efficient, so that the change Δ between them has the covariance C_d − C_j and Δ* (C_d
-− C_j)⁻¹ Δ is χ² (J. A. Hausman, Econometrica 46 (1978) 1251–1271, doi 10.2307/1913827). With w the directions in
-which differences have a share λ of the joint information I, I_d w = λ I w and w* I w = 1, that is Σ (w* I Δ)² / (1/λ
-− 1) over the directions that they determine. Both fits use the noise of the differences: the noise of the joint fit
-contains its misfit. The module also compares the noise shown by repeats.
+consistent and the joint one is efficient, so that the change Δ between them has the covariance C_d − C_j and
+Δ* (C_d − C_j)⁻¹ Δ is χ² (J. A. Hausman, Econometrica 46 (1978) 1251–1271, doi 10.2307/1913827). With w the directions
+in which differences have a share λ of the joint information I, I_d w = λ I w and w* I w = 1, that is
+Σ (w* I Δ)² / (1/λ − 1) over the directions that they determine. Both fits use the noise of the differences: the noise
+of the joint fit contains its misfit. The module also compares the noise shown by repeats.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MOSTLY = 0.5  # of an unknown's variance in directions that differences tell, fo
 def both_ways(case: Case, x: Array) -> BothWaysRecord | None:
     """Both fits of a campaign fitted jointly at x (d,) SI, or None if no comparison is possible.
 
-    Differences between runs determine nothing with amplitudes alone, other speeds in each run, equal weights, or no noise."""
+    Differences between runs determine nothing for amplitudes, other speeds in each run, equal weights, or no noise."""
     problem, measurement = case.problem, case.measurement
     campaign = measurement.campaign
     if campaign is None or len(campaign.runs) < 2 or measurement.is_amplitude or campaign.reference:

@@ -42,8 +42,10 @@ def detailed_identification(
 
     Details are the data in words with `remarks`, data and fit over speed, and a test of the fit by simulations.
 
-    Args: rng: for the simulations of intervals and tests. beside: also estimate the unknowns with a force that the
-    model lacks (`location_options`, `ksmea.studies.locate`): they hold although the model is wrong.
+    Args:
+        rng: for the simulations of intervals and tests.
+        beside: also estimate the unknowns with a force that the model lacks (`location_options`, `ksmea.studies.locate`): they
+            hold although the model is wrong.
 
     Raises:
         SettingError: fewer data than unknowns.
