@@ -85,7 +85,7 @@ def fitted_without_misfits(
 def run_p(fit: Fit, runs: Indices) -> Array:
     """p-value of each run's distance from the response predicted by the others at its known weights.
 
-    The reference are the distances of the runs used. Runs scatter more than a normal distribution; the logarithms of
+    Distances of the runs used are the reference. Runs scatter more than a normal distribution; the logarithms of
     their χ² are nearly normal, and their median and median deviation are insensitive to a few wrong runs."""
     n_entry = np.sum(~fit.readings.is_missing, axis=1)
     used = dict(zip(fit.used.tolist(), np.log(predicted(fit).chi2 / n_entry[fit.used])))

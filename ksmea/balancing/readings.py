@@ -63,7 +63,7 @@ class Readings:
 
 
 def readings(measurement: Measurement, tolerance: float) -> Readings:
-    """Runs of a campaign at the speeds at which most runs with known weights distinguish the planes.
+    """Runs of a campaign at the speeds that all have, or at which most with known weights distinguish the planes.
 
     If amplitudes alone are measured, the speeds are the ones that all runs have. `tolerance` is the largest relative
     distance of neighbours that count as one nominal speed.

@@ -2,8 +2,8 @@
 
 The misfit, which has wide basins, is the mean |ln ratio| of amplitudes (`ksmea.numerics.screening`) after the common
 factor of all unbalance and the common phase, which act on all data at 1X alike, have been set to what suits these
-best. At other harmonics, at which a model may have no response at all, half of both amplitudes is the median one of
-the data: what is far below it counts alike. It costs a response instead of a fit, and is computed for batches of
+best. At other harmonics, at which a model may have no response at all, the median amplitude of the data is added to
+both amplitudes, so that what is far below it counts alike. It costs a response instead of a fit, and is computed for batches of
 points all over the box, and around the best of these for clouds of points that close in on them.
 
 If small amplitudes have another cause than the model, such as a runout, that misfit is small far from the resonances
