@@ -40,9 +40,8 @@ MOSTLY = 0.5  # of an unknown's variance in directions that differences tell, fo
 def both_ways(case: Case, x: Array) -> BothWaysRecord | None:
     """Both fits of a campaign fitted jointly at x (d,) SI, or None if no comparison is possible.
 
-    Differences between runs determine nothing for amplitudes, other speeds in each run, equal weights, or no noise. There
-    is no comparison either for fewer than two runs, for data that are differences already, for a fit that fails, and if
-    too few residuals or no direction is left to test."""
+    Differences between runs determine nothing for amplitudes, other speeds in each run, equal weights, or no noise. The
+    comparison also needs two runs, data that are not differences already, fits that succeed, and residuals enough."""
     problem, measurement = case.problem, case.measurement
     campaign = measurement.campaign
     if campaign is None or len(campaign.runs) < 2 or measurement.is_amplitude or campaign.reference:

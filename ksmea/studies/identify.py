@@ -382,7 +382,7 @@ def _with_crlb(record: IdentificationRecord, information: Identifiability) -> Id
 def _identifiability(case: Case, x: Array, noise: Noise, beside: Array | None) -> Identifiability:
     """Information of the data at x (d,) SI, or at the values of a joint fit (if given).
 
-    If only differences between runs count, it is the information of these, and `beside` plays no part."""
+    If only differences between runs count, it is the information of these at x alone."""
     problem, measurement = case.problem, case.measurement
     if not measurement.is_by_differences:
         known = measurement.noise is not None
