@@ -94,8 +94,8 @@ def run(experiment: str | None = None, *, output: str | Path | None = None, **se
     """Do an experiment, or what is missing of it, and return its results; progress shows on a terminal.
 
     `settings` are named as on the command line: `repetitions=3`, `problem="rk4"`, `optimizer="pso"`; a mapping
-    holds the settings of a plugin, `measurement={"relative": 0.05}`, with its own name under "name"; a tuple is a sweep,
-    `samples=(40, 70)`.
+    holds the settings of a plugin, `measurement={"relative": 0.05}`, with its own name under "name"; a tuple is a
+    sweep, `samples=(40, 70)`.
     `output` is the folder of the results, results/NAME below the working directory if not given.
 
     >>> import bench

@@ -1,7 +1,7 @@
 """Plugin settings, read from the source without importing it: for completion and early errors.
 
-The fields of a dataclass are read from the syntax trees of its module and of its bases' modules. What a tree cannot show
-(a computed list of choices) is left out: it is checked when the plugin itself is loaded.
+The fields of a dataclass are read from the syntax trees of its module and of its bases' modules. What a tree cannot
+show (a computed list of choices) is left out: it is checked when the plugin itself is loaded.
 """
 
 from __future__ import annotations

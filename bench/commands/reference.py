@@ -1,7 +1,8 @@
 """Reference results: tables and runs of a released version, each file headed by its origin.
 
 `results/reference/table3.csv` is the table; `table3.runs.csv` holds its runs, if a table is made of several. Both begin
-with lines `# {…}`: the plan's head (command, commit, versions, platform) and a line per cell with its settings and seed.
+with lines `# {…}`: the plan's head (command, commit, versions, platform) and a line per cell with its settings and
+seed.
 """
 
 from __future__ import annotations
