@@ -44,7 +44,8 @@ class BenchConfig:
     output: str = setting("results/${name}", "below the working directory")
     units: str = setting(
         "",
-        "of vibrations, phases and speeds on pages and in texts: mil_pp,lag or um_0pk,lead,Hz; empty: as in the measurement's file",
+        "of vibrations, phases and speeds on pages and in texts: mil_pp,lag or um_0pk,lead,Hz;"
+        " empty: as in the measurement's file",
     )
     batches: int = setting(
         1, "jobs that do the runs, each as many as it gets to (a cluster's launcher runs them side by side)", at_least=1
