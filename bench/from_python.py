@@ -93,8 +93,9 @@ class Experiment:
 def run(experiment: str | None = None, *, output: str | Path | None = None, **settings: Any) -> Experiment:
     """Do an experiment, or what is missing of it, and return its results; progress shows on a terminal.
 
-    `settings` are those of the command line: `repetitions=3`, `problem="rk4"`, `optimizer="pso"`; a mapping holds the settings
-    of a plugin, `measurement={"relative": 0.05}`, with its own name under "name"; a tuple is a sweep, `samples=(40, 70)`.
+    `settings` are named as on the command line: `repetitions=3`, `problem="rk4"`, `optimizer="pso"`; a mapping
+    holds the settings of a plugin, `measurement={"relative": 0.05}`, with its own name under "name"; a tuple is a
+    sweep, `samples=(40, 70)`.
     `output` is the folder of the results, results/NAME below the working directory if not given.
 
     >>> import bench
@@ -103,7 +104,7 @@ def run(experiment: str | None = None, *, output: str | Path | None = None, **se
     True
 
     Raises `SettingError` for what the command line refuses. Runs that fail do not raise: they are counted (`failed`),
-    as are those without an end (`unfinished`).
+    as are runs without an end (`unfinished`).
     """
     words = [f"+experiment={experiment}"] if experiment is not None else []
     for key, value in settings.items():

@@ -27,7 +27,7 @@ COMPLETION, COMPLETE = "completion", "_complete"  # what prints a shell's script
 
 
 def run(words: list[str], refuse: Callable[[str], None] = tell_error) -> int:
-    """Do what the words say; the exit code. `refuse` is told in one line why they cannot be done."""
+    """Execute the words and return the exit code; `refuse` receives an error as one line."""
     print_any_sign()
     with ExitStack() as shown:
         try:

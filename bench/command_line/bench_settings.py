@@ -1,4 +1,4 @@
-"""The settings of the bench itself, which an experiment and the command line change: fields as those of a plugin."""
+"""Settings of the bench itself, set by an experiment or the command line; fields as in a plugin."""
 
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ class BenchConfig:
     output: str = setting("results/${name}", "below the working directory")
     units: str = setting(
         "",
-        "of vibrations, phases and speeds on pages and in texts: mil_pp,lag or um_0pk,lead,Hz; empty: those of the measurement's file",
+        "of vibrations, phases and speeds on pages and in texts: mil_pp,lag or um_0pk,lead,Hz;"
+        " empty: as in the measurement's file",
     )
     batches: int = setting(
         1, "jobs that do the runs, each as many as it gets to (a cluster's launcher runs them side by side)", at_least=1

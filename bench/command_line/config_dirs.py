@@ -1,4 +1,4 @@
-"""Folders with configuration files: the project's, and those of the user's own that options and words name."""
+"""Folders with configuration files: the project's, and the user's own, named by options or words."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ENTRY = re.compile(r"""'([^']*)'|"([^"]*)"|([^,'"]+)""")
 
 
 def folders(words: Sequence[str]) -> list[Path]:
-    """Where configuration files are looked for; `SettingError` if there is no such folder."""
+    """Folders searched for configuration files; `SettingError` if one does not exist."""
     own = [*_own_folders(words)]
     for folder in own:
         if not folder.is_dir():
@@ -35,7 +35,7 @@ def _own_folders(words: Sequence[str]) -> Iterator[Path]:
 
 
 def without_folders(words: Sequence[str]) -> list[str]:
-    """The words without those that name folders of the user's own."""
+    """Words that do not name the user's own configuration folders."""
     before = ["", *words]
     is_folder = [
         word.partition("=")[0] in (*CONFIG_DIR, SEARCH_PATH) or last in CONFIG_DIR for last, word in zip(before, words)

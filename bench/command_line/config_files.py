@@ -116,7 +116,7 @@ def _is_meant(key: str, said: str) -> bool:
 
 
 def _keys(said: Any, above: str = "") -> Iterator[str]:
-    """All keys of a configuration file with dots, those of its blocks too."""
+    """All keys of a configuration file with dots, including keys within blocks."""
     if isinstance(said, list):
         for each in said:
             yield from _keys(each)

@@ -17,8 +17,9 @@ Block = dict[str, Any]  # {setting or group: value or values}
 
 
 def grid_blocks(grid: Sequence[Block], add: Sequence[Block], cross: Sequence[Block]) -> list[Block]:
-    """The lines of a grid and those that are added to it, each crossed with every block of `cross`; what a line says itself
-    counts.
+    """Cross every line of a grid, and every added line, with every block of `cross`.
+
+    A line's own values take precedence.
 
     >>> grid_blocks([{"label": "DE"}], [{"label": "Mine"}], [{"seed": [1, 2]}])
     [{'label': 'DE', 'seed': [1, 2]}, {'label': 'Mine', 'seed': [1, 2]}]

@@ -1,4 +1,4 @@
-"""Hydra's and OmegaConf's errors as those of the bench: what was expected, what came, what to try."""
+"""Hydra's and OmegaConf's errors in the bench's form: what was expected, what came, what to try."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def is_quiet() -> bool:
 
 
 def is_verbose() -> bool:
-    """Whether each run is told as it ends, and errors have their tracebacks."""
+    """Whether each run is reported as it ends and errors show their tracebacks."""
     return bool(os.environ.get(VERBOSE))
 
 

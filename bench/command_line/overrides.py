@@ -69,8 +69,9 @@ def parse(arguments: list[str]) -> tuple[Choice, ...]:
 
 
 def for_some_plugins(words: list[str], groups: Iterable[str]) -> list[str]:
-    """The words with settings of a named plugin, or of a group of plugins of which several may be chosen, as sweeps of one
-    value, which Hydra leaves to the sweeper: it would refuse those that the first plugin has not.
+    """Rewrite settings of a named plugin, or of a group with several plugins, as sweeps of one value.
+
+    Hydra leaves sweeps to the sweeper. It would reject a plain value if the first plugin has no such setting.
 
     >>> for_some_plugins(["optimizer=pso,lm", "optimizer.screening=500"], ["optimizer"])
     ['optimizer=pso,lm', 'optimizer.screening=tag(alone,choice([500]))']

@@ -28,7 +28,7 @@ class PluginSetting:
 
 
 def plugin_setting(key: str) -> PluginSetting | None:
-    """What a key says of a plugin; None if it is none of a plugin's setting.
+    """Group, plugin and setting that a key names; None if the key is not a plugin's setting.
 
     >>> plugin_setting("optimizer.lm.screening")
     PluginSetting(group='optimizer', plugin='lm', setting='screening')

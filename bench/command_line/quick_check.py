@@ -58,7 +58,7 @@ def _require_once(words: Sequence[str]) -> None:
 
 
 def _said(words: Sequence[str]) -> dict[str, str]:
-    """Values by setting, as they are written; what is left out by ~ is None of them."""
+    """Values by setting, as written; options and settings removed by ~ are omitted."""
     settings = [word for word in words if not word.startswith(("-", "~"))]
     return {key.lstrip("+"): value for key, _, value in (word.partition("=") for word in settings)}
 

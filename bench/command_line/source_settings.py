@@ -1,7 +1,7 @@
-"""Settings of plugins as their source says them, without importing anything: for completion, and for refusing at once.
+"""Plugin settings, read from the source without importing it: for completion and early errors.
 
-What a dataclass has is read from the syntax tree of its module and of those of its bases. What a tree cannot tell (a list of
-choices that is computed) is left out: whoever runs a plugin asks the plugin itself.
+The fields of a dataclass are read from the syntax trees of its module and of its bases' modules. What a tree cannot
+show (a computed list of choices) is left out: it is checked when the plugin itself is loaded.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def source_settings(group: str, name: str) -> Mapping[str, SourceSetting] | None
 
 @cache
 def _fields_of(module: str, class_name: str) -> Mapping[str, SourceSetting]:
-    """Fields of a dataclass, those of its bases first; `LookupError` where a base cannot be found."""
+    """Fields of a dataclass, after the fields of its bases; `LookupError` if a base cannot be found."""
     found: dict[str, SourceSetting] = {}
     definition = _definition(module, class_name)
     if definition is None:
@@ -118,7 +118,7 @@ def _definition(module: str, class_name: str) -> tuple[str, ast.ClassDef] | None
 
 
 def _imported(module: str, name: str) -> tuple[str, str] | None:
-    """Where a name is imported from, and its name there."""
+    """Module that a name is imported from, and its name there; None if no absolute `from` import has it."""
     for statement in _tree(module).body:
         if isinstance(statement, ast.ImportFrom) and statement.module and not statement.level:
             for alias in statement.names:

@@ -1,6 +1,6 @@
-"""Whether the words of an experiment have the shape setting=value, before anything is loaded that could read them.
+"""Check that an experiment's words have the form setting=value, before loading what reads them.
 
-A word that has it not is told what is wrong, with the command line that was probably meant.
+A word in another form is rejected with the reason and the command line that was probably meant.
 """
 
 from __future__ import annotations
@@ -74,7 +74,10 @@ def joined_options(words: Sequence[str]) -> list[str]:
 
 
 def require_shape(words: Sequence[str], commands: Collection[str]) -> None:
-    """Raise `SettingError` for the first word that is no setting=value; `commands` are what it may have been meant to be."""
+    """Raise `SettingError` for the first word that is not of the form setting=value.
+
+    `commands` are the names of commands, one of which such a word may be.
+    """
     for number, word in enumerate(words):
         if word.startswith("-") or _is_name(word):
             continue
@@ -132,7 +135,7 @@ def _opened(word: str, after: Sequence[str]) -> list[str] | None:
 
 
 def _unclosed(text: str) -> str:
-    """What would close all brackets and quotes that a text opens; '?' where it closes one that it never opened."""
+    """Closing signs of all brackets and quotes left open in a text; '?' if it closes an unopened one."""
     pending: list[str] = []
     for sign in ESCAPED.sub("", text):
         if pending and pending[-1] in QUOTES:

@@ -24,7 +24,7 @@ FORMATS = {"ioh": write_ioh, "coco": write_coco, "csv": write_table}
 
 
 def export(words: list[str]) -> int:
-    """Write the files into a new folder, below that of the results unless another is named, and print what they hold."""
+    """Write the files into a new folder, by default in the folder of the results; print their contents."""
     if words[:1] == [MEASUREMENT]:
         return export_measurement(words[1:])
     names, out = with_option(words, "--out", "export")

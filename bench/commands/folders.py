@@ -9,7 +9,7 @@ from ksmea.errors import SettingError, unknown
 
 
 def folders(words: list[str], command: str) -> list[Path]:
-    """The folders that NAME (below results/) or DIR means: of an experiment, or of those that it includes."""
+    """Folders that NAME (below results/) or DIR means: one experiment's, or one per included experiment."""
     if len(words) != 1:
         there = ", ".join(known_results()) or "none below results/ here"
         raise SettingError(

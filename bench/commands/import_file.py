@@ -1,8 +1,9 @@
-"""`import FILE --format FORMAT … --out RUN.csv`: a file of an instrument, or a table, as the project's own CSV file.
+"""`import FILE --format FORMAT … --out RUN.csv`: an instrument's file, or a table, as project CSV.
 
-Options are the settings of `measurement=file` by their names, `--slow-roll 300` or `slow_roll=300`; `--probe` and `--column` may
-be given several times. What is decided of the file stands in remarks at its head, and the same settings read the file directly.
-Several files are records at steady speeds, which become one run (`--vectors mean`). `--sweep both` writes the run-up and the coast-down apart, beside a YAML file for `measurement=campaign`.
+Options are the settings of `measurement=file` by their names, `--slow-roll 300` or `slow_roll=300`; `--probe` and
+`--column` may be given several times. Decisions about the file stand in remarks at its head, and the same settings read
+the file directly. Several files are records at steady speeds, which become one run (`--vectors mean`). `--sweep both`
+writes the run-up and the coast-down to separate files, with a YAML file for `measurement=campaign`.
 """
 
 from __future__ import annotations
@@ -194,7 +195,7 @@ def _as_setting(key: str, value: Any, known: dict[str, Any]) -> Any:
 
 
 def _plain(value: Any, hint: Any) -> Any:
-    """Numbers among texts as numbers, where the setting has numbers."""
+    """Convert texts of numbers to numbers if the setting takes numbers and no text."""
     options = typing.get_args(hint) or (hint,)
     if str in options:
         return value

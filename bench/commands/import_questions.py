@@ -26,8 +26,10 @@ SETTING = re.compile(rf"(?<![\w.-])(?:measurement\.)?({NAMES})=(?:\[([^\]]*)\]|(
 
 
 def asked(opened: Opened, given: Mapping[str, Any]) -> Asked[File]:
-    """Questions that neither the file nor the options answer; the file is read once. Raises `SettingError` if there is no such file,
-    or the options cannot be used anyway."""
+    """Questions that neither the file nor the options answer; the file is read once.
+
+    Raises `SettingError` if the file does not exist, or the options cannot be used anyway.
+    """
     settings = {name: value for name, value in given.items() if name != OUT}
     if settings.get(SWEEP) == BOTH:
         settings[SWEEP] = UP

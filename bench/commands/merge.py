@@ -53,7 +53,7 @@ def _part(name: str) -> Part:
 
 
 def _part_line(part: Part, before: Sequence[Part]) -> str:
-    """What a part has, what of it the parts before have too, and whether they say the same."""
+    """Summary of one part: its results, how many an earlier part also has, and how many of these differ."""
     line = (
         f"{part.folder}: {len(part.finished)} of {len(part.plan.runs)} runs with a result (commit {part.plan.commit})"
     )

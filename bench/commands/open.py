@@ -1,6 +1,6 @@
 """`open [NAME|DIR]`: the page of results in the browser; without a name the page over all results.
 
-If there is no browser to be seen, such as over ssh, it says where the page lies.
+Without a browser, such as over ssh, it prints the path of the page.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Reference results: tables and runs of a released version, each file headed by all that it was made from.
+"""Reference results: tables and runs of a released version, each file headed by its origin.
 
-`results/reference/table3.csv` is the table, `table3.runs.csv` its runs, where a table is made of several. Both begin with lines `# {…}`: the plan's head
-(command, commit, versions, platform) and a line per cell with its settings and seed.
+`results/reference/table3.csv` is the table; `table3.runs.csv` holds its runs, if a table is made of several. Both begin
+with lines `# {…}`: the plan's head (command, commit, versions, platform) and a line per cell with its settings and
+seed.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def _has_head(path: Path) -> bool:
 
 
 def read_reference(table: str, folder: Path = REFERENCE) -> tuple[Plan, pd.DataFrame]:
-    """The plan's head and cells, and the runs (where a table has none: the table)."""
+    """Plan with head and cells, and the runs of a reference table, or the table if it has no file of runs."""
     known = reference_tables(folder)
     if table not in known:
         raise unknown("reference table", table, known)

@@ -74,8 +74,10 @@ def _status(output: Path) -> int:
 
 
 def _answering(plan: Plan) -> tuple[dict[int, str], list[str]]:
-    """By cell, the digest of the code and libraries that would answer now; and why there is none for other cells: a plugin is not
-    installed, or two packages register its name."""
+    """Digest of the current code and libraries for each cell, and the reasons why other cells lack one.
+
+    Reasons: a plugin is not installed, or two packages register its name.
+    """
     found: dict[int, str] = {}
     untold: dict[str, None] = {}
     for index, cell in enumerate(plan.cells):

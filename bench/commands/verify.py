@@ -1,13 +1,13 @@
-"""`verify TABLE`: compute the reference results again from their recorded settings and seeds, and compare value by value.
+"""`verify TABLE`: recompute the reference results from recorded settings and seeds, and compare them.
 
-The same libraries on the same kind of processor must give every identified value of every run within `tolerance`
-(relative, 1e-6 by default). Elsewhere rounding differs, and a search that compares misfits may turn another way at a
-near tie: there the median of every parameter in every cell must lie within the reference's interquartile range of the
-reference's median, or within `tolerance` where the runs agree more closely than that (Table 2, without noise). Which of
-the two was asked is printed.
+With identical libraries on the same kind of processor, every identified value of every run must agree within
+`tolerance` (relative, 1e-6 by default). Elsewhere rounding differs, and a search that compares misfits may turn another
+way at a near tie: there the median of every parameter in every cell must lie within the reference's interquartile range
+of the reference's median, or within `tolerance` if the runs agree more closely than that (Table 2, without noise). The
+criterion that was applied is printed.
 
-Tables of other studies than identification (`audit`, `diagnosis_nulls`) are computed again with their records, every
-number and word of them, but for times.
+Tables of other studies than identification (`audit`, `diagnosis_nulls`) are computed again with their records. Every
+number and word in them is compared, except times.
 """
 
 from __future__ import annotations
@@ -193,7 +193,7 @@ def _identified(record: dict[str, Any]) -> dict[str, float]:
 
 
 def _settings_differences(plan: Plan) -> list[Difference]:
-    """Numbers among the optimisers' settings whose default is no longer what the table was made from."""
+    """Recorded numbers among the optimisers' settings, each compared with its current default."""
     differences = []
     for cell in plan.cells:
         recorded = cell.settings["optimizer"]

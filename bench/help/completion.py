@@ -1,7 +1,7 @@
-"""Completion by the Tab key: the scripts of bash and zsh, and what they ask for at each press.
+"""Tab completion: the scripts for bash and zsh, and the candidates that they request at each press.
 
-The shell hands over the words of its line up to the cursor. What may stand there is found in listings alone: no plugin is
-imported, and nothing but numpy-free modules are.
+The shell hands over the words of its line up to the cursor. Candidates come from listings alone: no plugin is imported,
+nor any module that needs numpy.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def _results() -> list[str]:
 
 
 def _settings(before: Sequence[str], current: str) -> Iterable[str]:
-    """Settings that may be given: those of the bench, and of the plugins that the words choose."""
+    """Settings that may be given: the bench's own, and the settings of the plugins that the words choose."""
     plus = "+" * (len(current) - len(current.lstrip("+")))
     group, dot, below = current.lstrip("+").partition(".")
     if not dot:

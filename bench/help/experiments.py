@@ -104,7 +104,7 @@ def _grid(said: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _cost(name: str, said: Mapping[str, Any]) -> str:
-    """How many runs, and what those of the reference took."""
+    """Number of runs, and the time that the reference's runs took."""
     if said.get("table") == "settings":
         return "nothing is run"
     n_cell = _n_cell(said)
@@ -123,7 +123,7 @@ def _counted(number: int, what: str) -> str:
 
 
 def _measured(path: Path) -> str:
-    """What the runs of the reference took on one core; '' where that was not kept."""
+    """Time that the reference's runs took on one core, as text; '' if it was not recorded."""
     if not path.is_file():
         return ""
     with path.open(encoding="utf-8", newline="") as file:

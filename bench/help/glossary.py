@@ -22,7 +22,7 @@ MOST = 5  # entries that a part of a term brings
 
 @dataclass(frozen=True)
 class Entry:
-    """A term with its meaning and source, '' without one, in plain text, and all names that it goes by."""
+    """A term with its meaning, its source ('' if it has no source) and all its names, in plain text."""
 
     section: str
     term: str

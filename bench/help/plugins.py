@@ -89,7 +89,7 @@ def _why_not_offered(group: str, name: str) -> list[str]:
 
 
 def _effect_lines(name: str, problem: Problem) -> list[str]:
-    """What an effect has in addition to its settings: its unknowns, what can look alike, and its physics with its source."""
+    """Unknowns of an effect, effects that it can look like, and its physics with the source."""
     effect = registry.create(EFFECT, name, {})
     lines = []
     for parameter in _parameters_on(effect, problem):

@@ -1,11 +1,12 @@
-"""Runs that jobs share out among themselves, without a server: ranges of them are files, and renaming one takes it.
+"""Runs shared among jobs without a server: ranges of runs are files, and renaming a file claims it.
 
-In `claims/DEALT/` the file `todo` has the keys of all runs that were to be done. Every other file is a range of its lines,
-named START-STOP.DEATHS.OWNER, where the owner is a job or `free`. A rename has one winner on every file system. What no file
-names is done with. While ranges are split they overlap for a moment, so that a job that dies there loses no run.
+In `claims/DEALT/` the file `todo` has the keys of all runs that were to be done. Every other file is a range of its
+lines, named START-STOP.DEATHS.OWNER; the owner is a job or `free`. A rename has one winner on every file system. Runs
+that no file names are done with. While ranges are split they overlap for a moment, so that a job that dies there loses
+no run.
 
-A job takes about as many runs at a time as it does in `HELD`, and of the last ones a small part. What it has not started
-goes back once nothing is free: so no run waits behind a long one. A dead job's ranges are freed by whoever has nothing to do.
+A job takes about as many runs at a time as it does in `HELD`, and of the last ones a small part. Runs that it has not
+started go back once no range is free: so no run waits behind a long one. A dead job's ranges are freed by any idle job.
 """
 
 from __future__ import annotations
@@ -115,7 +116,7 @@ class Claims:
         return not self._ranges()
 
     def take(self, seconds_per_run: float | None, at_least: int) -> tuple[Range, list[str]] | None:
-        """A range that nobody else has, with the keys of its runs; None if there is none now.
+        """Claim a free range of runs and return it with their keys; None if no range is free now.
 
         `seconds_per_run` is what this job has needed so far, with all its workers; None before it has done any.
         """

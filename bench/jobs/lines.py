@@ -1,7 +1,7 @@
-"""Lines of record files as typed data: what computed the runs (`session`), that a run was started, and how it ended.
+"""Lines of record files as typed data: the session that computes runs, a run's start and its end.
 
-In a file a line is one JSON object, the fields of a run's line and those of its study's record side by side. Of a run's
-line only the former are read; the record is when it is requested.
+In a file a line is one JSON object: the fields of a run's line together with the fields of its study's record. Of a
+run's line only the former are read; the record is read when it is requested.
 """
 
 from __future__ import annotations
@@ -26,8 +26,7 @@ AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 
 class SessionLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event", tag="session"):
-    """What the runs of one writer are computed by: commit, kind of processor, versions of the numerical libraries, and
-    the digests of all modules that take part."""
+    """Session in which one writer computes runs: commit, processor, library versions, module digests."""
 
     schema: int
     session: str
@@ -39,7 +38,7 @@ class SessionLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event", 
 
 
 class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
-    """What is the same of every run, whatever its study. Schema 1 knew neither questions nor sessions."""
+    """Fields that every run has, in any study. Schema 1 had neither questions nor sessions."""
 
     schema: int
     key: str
@@ -104,7 +103,7 @@ _encoder = msgspec.json.Encoder(enc_hook=lambda value: value.tolist())  # number
 
 @dataclass(frozen=True)
 class FailedRun(Record):
-    """What became of a run without a result; `status` is error, timeout or killed."""
+    """Outcome of a run without a result; `status` is error, timeout or killed."""
 
     status: str
     error: str
@@ -127,7 +126,7 @@ def line_text(line: Line, content: Mapping[str, Any] | None = None) -> bytes:
 
 
 def read_line(text: bytes, path: Path) -> Line | None:
-    """The line of a file that a text is, None if it is no whole one; `SettingError` if a newer version wrote it."""
+    """Parse a line of a record file; None if damaged, `SettingError` if a newer version wrote it."""
     try:
         line = _decoder.decode(text)
     except (msgspec.MsgspecError, RecursionError, ValueError):

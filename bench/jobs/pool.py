@@ -50,8 +50,10 @@ BEGINS = None  # what a worker says before it begins a task
 
 @dataclass(frozen=True)
 class _Message:
-    """What a worker says, `BEGINS` or a result, with the number of the task that it is about and the process that says
-    it: a run may fork, and what its children say is not a result of the run."""
+    """Message of a worker, `BEGINS` or a result, with the number of its task and the sending process.
+
+    A run may fork: messages of its children are not results of the run.
+    """
 
     task: int
     process: int
@@ -60,8 +62,10 @@ class _Message:
 
 @dataclass(frozen=True)
 class Limits:
-    """Of one task: seconds, and bytes of address space of its process, of which the thread that watches over the job takes 75 MB;
-    None for no limit."""
+    """Limits of one task: seconds, and bytes of address space of its process; None for no limit.
+
+    The thread that watches over the job takes 75 MB of the address space.
+    """
 
     seconds: float | None = None
     memory: int | None = None
@@ -120,9 +124,9 @@ def run_tasks(
 ) -> Iterator[tuple[Task, dict[str, Any]]]:
     """Yield each task with the result of `function(*arguments)`, as results come.
 
-    A None among the tasks says that there is none now, and that the next is to be asked for later. `meanwhile` is called at
-    least once in `LOOK` seconds. `preload` names modules that workers find loaded. A task whose worker died or was stopped has the data of a `FailedRun`,
-    killed or timeout, instead.
+    A None among the tasks means that no task is available now, and that the next one is to be requested later.
+    `meanwhile` is called at least once in `LOOK` seconds. `preload` names modules that workers find loaded. A task
+    whose worker died or was stopped has the data of a `FailedRun`, killed or timeout, instead.
     """
     CONTEXT.set_forkserver_preload(list(preload))
     waiting = iter(tasks)
@@ -240,7 +244,7 @@ def _wait(busy: list[_Worker[Task]]) -> None:
 
 
 def _outcome(worker: _Worker[Task], limits: Limits) -> dict[str, Any] | None:
-    """What became of a worker's task, or None while it goes on.
+    """Outcome of a worker's task, its result or the data of a `FailedRun`; None while the task runs.
 
     The clock of a task starts when the worker says that it begins: starting a process takes longer than some runs.
     """

@@ -61,7 +61,7 @@ class Presence:
         )
 
     def n_job(self) -> int:
-        """How many jobs are at work, those that have died there included."""
+        """Number of jobs at work, including jobs that died without removing their file."""
         return sum(1 for _ in os.scandir(self.path.parent))
 
     def is_alive(self, name: str) -> bool:
@@ -98,7 +98,7 @@ def numbers_at_work(output: Path) -> set[int]:
 
 
 def clusters_jobs_at_work(output: Path) -> set[str]:
-    """What a cluster calls the jobs that live, asked likewise."""
+    """Cluster job numbers of the living jobs, by this machine's clock; 'None' for a job outside a cluster."""
     return {str(who.get("cluster")) for _, who in _living(output)}
 
 
@@ -109,8 +109,10 @@ def _living(output: Path) -> Iterator[tuple[int, dict[str, Any]]]:
 
 
 def _who_lives(path: Path, now: float) -> dict[str, Any] | None:
-    """What the job of a file says of itself, None if it is dead. A process that is gone where it is asked about is dead at
-    once; one elsewhere, once its lease has ended."""
+    """Data in the file of a living job; None if the job is dead.
+
+    A job is dead when its lease has ended, or at once if its process ran at this place and is gone.
+    """
     try:
         with open_regular(path) as file:  # opened, so that a client of NFS asks the server
             age = now - os.fstat(file.fileno()).st_mtime
@@ -125,7 +127,7 @@ def _who_lives(path: Path, now: float) -> dict[str, Any] | None:
 
 
 def _place() -> str:
-    """Where a process number means one process: this start of this machine, and the container's own numbers."""
+    """Scope of process numbers: this start of the machine, and the namespace of the process numbers."""
     try:
         started = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
         return f"{started} {os.readlink('/proc/self/ns/pid')}"

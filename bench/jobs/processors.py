@@ -14,13 +14,15 @@ from bench.plan.plan import Plan
 
 
 def processor(line: RunLine) -> str:
-    """What a result was computed on (`bench.plan.provenance.platform_name`); empty if its record does not say so, and of
-    a run without a result."""
+    """Kind of processor that computed a result (`bench.plan.provenance.platform_name`).
+
+    Empty if its record does not name one, or the run has no result.
+    """
     return line.platform if line.has_result else ""
 
 
 def processors(output: Path, damaged: Counter[Path] | None = None) -> dict[str, str]:
-    """What each result was computed on, by key; `damaged` counts lines of the records' files that are none."""
+    """Kind of processor of each result, by key; `damaged` counts unreadable lines of the record files."""
     return read_records(output, processor, damaged=damaged)
 
 

@@ -186,13 +186,14 @@ def read_records(
     plan: Plan | None = None,
     damaged: Counter[Path] | None = None,
 ) -> dict[str, Any]:
-    """The last word on each key, as `keep` has it of the line: how the run ended, or where it was started and no more, that
-    it is running or was interrupted. A result is never replaced by a later failure. The line's `platform` is that of its session, where it
-    names none of its own.
+    """Last line of each key, or the first one with a result, each passed through `keep`.
 
-    With a plan, a result of one of its runs whose record its study cannot read is none, and is done again. `keep` picks what is
-    needed while the file is read: a hundred thousand whole records would fill the memory. `damaged` counts, by file, lines that
-    are no records.
+    The line shows how a run ended, or that it was started and is running or was interrupted. A result is never replaced
+    by a later failure. A line without a `platform` of its own gets the platform of its session.
+
+    With a plan, a result whose record its study cannot read does not count, and the run is done again. `keep` picks
+    what is needed while the file is read: a hundred thousand whole records would fill the memory. `damaged` counts, by
+    file, lines that are no records.
     """
     type_of_run = {} if plan is None else record_types(plan)
     with_result: set[str] = set()

@@ -18,7 +18,7 @@ WAITED_FOR = ("queued", "running", NO_SIGN)
 
 
 def note_submitted(output: Path, jobs: Iterable[str]) -> None:
-    """Remember the jobs of these numbers, but those that have ended in the meantime."""
+    """Remember the jobs with these numbers, except jobs that have already ended."""
     folder = output / CLAIMS / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
     for job in jobs:

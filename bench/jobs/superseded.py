@@ -14,8 +14,11 @@ from bench.plan.setup import FINGERPRINTS
 
 
 def earlier_notes(plan: Plan, output: Path) -> list[str]:
-    """What a plan that is about to be written leaves out of the results in its folder, and how they are shown again: by their
-    command, unless a file that it names holds something else by now. Empty if the plan shows them all."""
+    """Notes on earlier results in a folder that a new plan no longer shows, and how to show them again.
+
+    Their own command shows them again, unless a file that it names has other content by now. Empty if the plan shows
+    all.
+    """
     found = planned_before(output)
     if found is None:
         return []
@@ -45,7 +48,10 @@ def _can_be_shown(n: int, command: Sequence[str]) -> str:
 
 
 def _of_earlier_contents(n: int, files: Sequence[str]) -> str:
-    """Of the `files` that hold something else now; none of them where what differs is not known, though the command is the same."""
+    """Note on `n` results computed from earlier contents of `files`; '' if `n` is 0.
+
+    `files` is empty if the difference is not known, although the command is the same.
+    """
     if not n:
         return ""
     kept = "its record is" if n == 1 else "their records are"

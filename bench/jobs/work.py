@@ -48,7 +48,7 @@ class Job:
 
 
 def work(job: Job) -> None:
-    """Do runs that nobody else has claimed until there are none, one record per run."""
+    """Do runs that no other job has claimed until no run remains, one record per run."""
     plan = read_plan(job.output)
     require_planned_code(plan)
     if not are_offered(job.output):  # a cluster has started this job again after the others were done
@@ -171,7 +171,7 @@ def unfinished(runs: Iterable[Run], finished: set[str]) -> list[Run]:
 
 
 def own_modules(plan: Plan) -> list[str]:
-    """Modules that workers may find loaded: not those of outside plugins, which could harm all workers at once."""
+    """Modules to preload in workers, except outside plugins, which could harm all workers at once."""
     return [*SLOW_TO_IMPORT, *(name for name in plan.modules if name.partition(".")[0] in OURS)]
 
 

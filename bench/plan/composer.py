@@ -1,7 +1,7 @@
-"""Configurations at the points of a grid: Hydra composes once per choice of plugins, plain values are typed updates.
+"""Configurations at the points of a grid: one Hydra composition per choice of plugins, then updates.
 
-A setting that the command line gives with a list of plugins goes to those that have it. A composition takes 0.1 s, so each list of
-words is composed once.
+Plain values are typed updates of a composition. A setting that the command line gives with a list of plugins goes to
+each plugin that has it. A composition takes 0.1 s, so each list of words is composed once.
 """
 
 from __future__ import annotations
@@ -97,8 +97,11 @@ class Composer:
         return config
 
     def _without_large_parts(self, composed: DictConfig) -> DictConfig:
-        """A configuration that is quickly copied for each point: without the lines of the grid, which have become the points,
-        and Hydra's own part, where no setting takes a value from there. `SettingError` if a plugin cannot be offered."""
+        """Configuration that is quickly copied for each point; `SettingError` if a plugin cannot be offered.
+
+        It lacks the lines of the grid, which have become the points, and Hydra's own part. If a setting takes a value
+        from one of these, the configuration is returned whole.
+        """
         for group in registry.GROUPS:
             plugin_schema(group, composed[group].name)
         config = composed.copy()
@@ -112,7 +115,7 @@ class Composer:
         return config
 
     def _concerns(self, choice: Choice, groups: Mapping[str, str]) -> bool:
-        """Whether what is fixed is for a point: a setting of a plugin, where the one chosen there has it."""
+        """Whether a fixed choice applies at a point: a plugin's setting only if the plugin there has it."""
         return not _of_plugin(choice) or self._has(choice.key, groups)
 
     def _standard(self, groups: Mapping[str, str]) -> Iterable[str]:

@@ -343,7 +343,7 @@ def _planned(
 
 
 def _seed(config: DictConfig, point: Mapping[str, Any], settings: Mapping[str, Any]) -> int:
-    """The seed of a cell: that of the experiment, or one of its own (`own_seeds`)."""
+    """Seed of a cell: the experiment's seed, or one of the cell's own (`own_seeds`)."""
     if config.own_seeds == "instance":
         return own_seed(config.seed, {group: settings[group] for group in ("problem", "measurement")})
     if config.own_seeds == "label":
@@ -372,7 +372,7 @@ def _table(asked: str | None, cells: Sequence[Cell]) -> str:
 
 
 def _is_made_of(table: str, study: type[Study]) -> bool:
-    """Whether a report is made of the records of a study, or of those of another study that finds the same."""
+    """Whether a report can use a study's records: its own study, or one with an equal record type."""
     own: Any = registry.plugin_class("study", report_named(table).study)
     return own is study or (own.record is study.record and own.record is not Record)
 

@@ -22,10 +22,11 @@ MEASURED, ROTOR = "measurement.path", "problem.file"
 
 
 def fleet_axes(choices: Iterable[Choice]) -> dict[str, tuple[str, ...]]:
-    """What a command line says of the fleet: its files, in the order of their names where they are found by a pattern, and the
-    rotor of each where these are too. Nothing where one file is measured, or none.
+    """Files of a fleet, as named on the command line, and each file's rotor if a pattern gives the rotors.
 
-    Raises `SettingError` if a pattern finds nothing, or one of several files is not there.
+    Files found by a pattern are sorted by name. Empty without a pattern, if fewer than two files are given.
+
+    Raises `SettingError` if a pattern finds no file, or one of several files does not exist.
     """
     given = {choice.key: choice.values for choice in choices if choice.key in (MEASURED, ROTOR)}
     paths = [str(path) for path in given.get(MEASURED, ())]
@@ -79,7 +80,7 @@ def _rotor_of(file: str, pattern: str) -> str:
 
 
 def _none_found(path: str, what: str) -> SettingError:
-    """What there is in the folder that a path names before its first wildcard."""
+    """Error for a missing file: it lists the files in the folder before the path's first wildcard."""
     plain = Path(*takewhile(lambda part: not glob.has_magic(part), Path(path).expanduser().parts))
     folder = plain if glob.has_magic(path) else plain.parent
     if not folder.is_dir():

@@ -56,7 +56,7 @@ def _other_plan(plan: Plan, output: Path) -> Plan | None:
 
 
 def _difference(plan: Plan, found: Plan) -> str:
-    """What is other in a plan, as a part of a folder's name: its problem, its measurement or its name, or else its study."""
+    """Name part for what differs in a plan: its problem, its measurement or its name, else its studies."""
     if not _is_same_problem(found, plan):
         return Path(_files(plan, PROBLEM)[0]).stem if _files(plan, PROBLEM) else _names(plan)[0]
     if not _is_same_file(found, plan):
@@ -149,8 +149,10 @@ def folder_part(name: str) -> str:
 
 
 def of_file(measurement: Any) -> str:
-    """What a measured file adds to the name of a folder: '_run_up' of runs/run_up.csv, '_runs' of runs/*.csv; '' where there
-    is none."""
+    """Folder name suffix of a measured file; '' without a file.
+
+    The suffix is '_run_up' for runs/run_up.csv and '_runs' for runs/*.csv.
+    """
     path = (measurement or {}).get("path") or ""
     folder = Path(*takewhile(lambda part: not glob.has_magic(part), Path(path).parts))
     name = folder.name if glob.has_magic(path) else Path(path).stem

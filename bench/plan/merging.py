@@ -1,8 +1,9 @@
 """Plans of one experiment that was done in several places, as one plan.
 
-Cells that stand at the same place are one cell, and must have the same settings. An axis that some plans lack is filled in from
-the settings; where plans have other seeds or plugins, these become an axis. A run that several plans have is that of the first with a
-result. Its key stays, so that what was computed by other code or libraries than the first plan's is known by it.
+Cells at one place on the axes are one cell, and must have equal settings. An axis that some plans lack is filled in
+from the settings; if plans have different seeds or plugins, these become an axis. Of a run that several plans have, the
+first one with a result is kept. Its key stays, so that it shows if other code or libraries than the first plan's
+computed it.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class Part:
 
 
 def merged_plan(parts: Sequence[Part]) -> Plan:
-    """One plan of all cells and runs, those of the first part first; `SettingError` if parts are of different experiments."""
+    """One plan of all cells, in the order of the parts, and runs; `SettingError` if experiments differ."""
     first = parts[0]
     for part in parts[1:]:
         _require_same_experiment(first, part)
@@ -82,8 +83,11 @@ def _cells_and_runs(parts: Sequence[Part], axes: tuple[str, ...]) -> tuple[tuple
 
 
 def _axes(parts: Sequence[Part]) -> tuple[str, ...]:
-    """All axes, and what else tells the cells of one part from those of another: the seed, and where nothing has a label the
-    plugins."""
+    """All axes of the parts, and further ones that distinguish their cells.
+
+    These are the plugin groups in which parts differ, if no axis is called `label`, and the seed if one place has
+    several.
+    """
     axes = dict.fromkeys(axis for part in parts for axis in part.plan.axes)
     differing = [
         axis
@@ -99,7 +103,7 @@ def _axes(parts: Sequence[Part]) -> tuple[str, ...]:
 
 
 def _at(cell: Cell, axis: str) -> Any:
-    """Where a cell stands on an axis such as `optimizer` or `optimizer.population`, its own or another plan's."""
+    """Value of a cell on an axis such as `optimizer` or `optimizer.population`, its own or another plan's."""
     if axis in cell.place:
         return cell.place[axis]
     found: Any = {**cell.settings, SEED: cell.seed}

@@ -41,13 +41,13 @@ def cell_name(plan: Plan, cell: Cell) -> str:
 
 
 def place_columns(plan: Plan, cell: Cell) -> dict[str, Any]:
-    """Where a cell stands on the axes; lists and mappings as text, which can be compared and counted."""
+    """Values of a cell on the axes; lists and mappings as text, which can be compared and counted."""
     place = {axis: cell.place.get(axis) for axis in plan.axes}
     return {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in place.items()}
 
 
 def run_columns(plan: Plan, run: Run, status: str, error: str) -> dict[str, Any]:
-    """Where a planned run stands and what became of it."""
+    """Key, cell, axis values and repetition of a planned run, with its status and error."""
     cell = plan.cells[run.cell]
     return {
         "key": run.key,

@@ -40,21 +40,24 @@ DISTRIBUTION, FILE = "distribution ", "file "  # how names of versions and of ha
 def outside_code(
     modules: Iterable[str], plugin_files: Iterable[Path] = (), imported_files: Iterable[Path] = ()
 ) -> dict[str, str]:
-    """Versions of distributions and hashes of files, by name, that the plugins in these modules and plain files bring along;
-    empty for plugins of the project. `imported_files` are those of the modules that they import from their own distributions."""
+    """Versions of distributions and hashes of files, by name, that plugins from outside use.
+
+    The plugins are given by their modules and plain files; the project's own plugins add no entry. `imported_files` are
+    the files of the modules that the plugins import from their own distributions.
+    """
     packages = frozenset(module.partition(".")[0] for module in modules) - {*OURS}
     return dict(_outside_code(packages, frozenset(plugin_files), frozenset(imported_files)))
 
 
 def packages_of_plugin(module: str) -> frozenset[str]:
-    """Top-level packages of the distribution that a plugin's module belongs to; its own one alone if there is none."""
+    """Top-level packages of the distribution of a plugin's module; its own package alone without one."""
     package = module.partition(".")[0]
     owner = None if package in OURS else _owner(package)
     return frozenset({package} if owner is None else {package, *_packages(owner)})
 
 
 def is_distribution(name: str) -> bool:
-    """Whether a name of `outside_code` is that of a distribution, whose version it has."""
+    """Whether a name of `outside_code` stands for a distribution, with a version as its value."""
     return name.startswith(DISTRIBUTION)
 
 
@@ -120,7 +123,10 @@ def _name(owner: Distribution) -> str:
 
 
 def _required(owner: Distribution) -> list[Distribution]:
-    """What a distribution requires, and what that does, but for the numerical libraries and the project."""
+    """Installed distributions that a distribution requires, directly or indirectly.
+
+    The numerical libraries and the project are left out.
+    """
     found: dict[str, Distribution] = {}
     pending = [owner]
     while pending:
@@ -158,7 +164,7 @@ def _packages(owner: Distribution) -> list[str]:
 
 
 def _digest(path: Path) -> str:
-    """Hash of a file's content; of Python that of its syntax tree, which comments do not change."""
+    """Hash of a file's content; for Python, of its syntax tree, which comments do not change."""
     content = path.read_bytes()
     if path.suffix == ".py":
         with suppress(SyntaxError, ValueError, RecursionError):
@@ -208,6 +214,6 @@ def _is_left_out(path: PurePosixPath) -> bool:
 
 
 def _imported(files: Iterable[Path]) -> list[str]:
-    """Top-level packages that those of the files import which are Python's."""
+    """Top-level packages that the Python files among `files` import."""
     names = (name for path in files if path.suffix == ".py" for name in imported(path))
     return list(dict.fromkeys(name.partition(".")[0] for name in names))

@@ -1,7 +1,7 @@
 """Page of a report as data: a headline, and sections of texts, tables, plots and commands.
 
-A report says what is told (`Made.page`); `bench/reports/pages` writes it as HTML. Texts are plain: whatever they hold is shown
-as it stands and does nothing.
+A report supplies the page (`Made.page`); `bench/reports/pages` writes it as HTML. Texts are plain: markup in them is
+shown literally and has no effect.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Steps:
-    """What to do, one after the other."""
+    """Texts and commands to follow, in order."""
 
     steps: tuple[Prose | Command, ...]
 

@@ -36,8 +36,10 @@ GLOBAL_PLACE = 7  # of generators that a process shares; no part of a question, 
 
 @dataclass(frozen=True)
 class ParameterFacts:
-    """What tables need to know of an unknown, SI: its true value (None: not known) and its CRLB for data with this
-    noise (None: without noise or true values, or infinite)."""
+    """Facts about an unknown for tables, SI: its true value (None: not known) and its CRLB.
+
+    The CRLB holds for data with this noise; None without noise or true values, or if it is infinite.
+    """
 
     name: str
     unit: str
@@ -48,9 +50,9 @@ class ParameterFacts:
 
 @dataclass(frozen=True)
 class Cell:
-    """One set of settings: where it stands on the experiment's axes, and all that a run of it is computed from.
+    """One set of settings: its place on the experiment's axes, and all that its runs are computed from.
 
-    `code` is the digest of the modules that take part, without which a key would find results of other code.
+    `code` is the digest of the modules that take part. Without it a key would find results of other code.
     """
 
     place: Mapping[str, Any]
@@ -69,9 +71,10 @@ class Cell:
 
 @dataclass(frozen=True)
 class Run:
-    """`question` is the hash of settings and seeds; `key` that of the question, the code and the libraries' versions.
+    """One planned run: a repetition of a cell.
 
-    A record of the same question with another key is a stale answer to it.
+    `question` is the hash of settings and seeds; `key` is the hash of the question, the code and the libraries'
+    versions. A record with this question and another key is a stale answer to it.
     """
 
     key: str
@@ -82,8 +85,10 @@ class Run:
 
 @dataclass(frozen=True)
 class ReportSettings:
-    """What is made of the records: the kind of table, the paper's table next to it, figures, and the error in per cent
-    within which a run counts as exact (None: not asked)."""
+    """Output made of the records: the kind of table, the paper's table next to it, and figures.
+
+    `exact` is the error in per cent within which a run counts as exact (None: not counted).
+    """
 
     table: str
     paper: str | None
@@ -112,7 +117,7 @@ class Plan:
 
     @property
     def units(self) -> str:
-        """Units that its command asks pages and texts to show; '': those of the measurement's file."""
+        """Units for pages and texts, from the plan's command; '' for the units of the measurement's file."""
         said = [word.partition("=")[2].strip("'\"") for word in self.command if word.partition("=")[0] == "units"]
         return said[-1] if said else ""
 
@@ -222,7 +227,7 @@ def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
 
 
 def _check_names(plan: Plan) -> None:
-    """Names are those of files in the experiment's folder."""
+    """Raise `ValueError` if the plan's name cannot be a file name, or an axis occurs twice."""
     if not is_file_name(plan.name):
         raise ValueError(f"not the name of a file: {plan.name}")
     if len(set(plan.axes)) < len(plan.axes):

@@ -17,9 +17,11 @@ TICK = 1.0  # s
 
 @contextmanager
 def progress_of(draw: Draw, name: str, n_step: int | None = None) -> Iterator[Callable[[], None]]:
-    """What is to be called at each step: it moves a bar where the run shows its own progress. The bar is full at the end, and
-    grows where there are more steps than the `n_step` that were expected; None: nobody knows how many. Its clock goes on during a
-    step, however long that takes."""
+    """Function to call at each step: it moves a progress bar if the run shows its own progress.
+
+    The bar is full at the end, and grows if there are more steps than the expected `n_step` (None: number not known).
+    Its clock goes on during a step, however long the step takes.
+    """
     tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
     with (
         tqdm(total=n_step, desc=name, unit=" steps", disable=None if draw.with_progress else True) as bar,

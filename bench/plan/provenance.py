@@ -118,7 +118,7 @@ def code_digest(modules: Mapping[str, str]) -> str:
 
 @cache
 def _said_by(module: str) -> Source | None:
-    """What the file of a module says, by full names; None for what is not a module of Python source."""
+    """Digest and imports, by full names, of a module; None if it is not a module of Python source."""
     file = _file_of(module)
     if file is None:
         return None
@@ -157,5 +157,5 @@ def platform_name() -> str:
 
 @cache
 def commit() -> str:
-    """The commit of this checkout, '+' behind it where files differ from it; the package's version if there is none."""
+    """Commit of this checkout, followed by '+' if files differ from it; else the package's version."""
     return checkout_commit() or version("ksmea-bench")

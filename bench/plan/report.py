@@ -27,13 +27,14 @@ def _no_figures() -> dict[str, Drawing]:
 
 @dataclass(frozen=True)
 class Made:
-    """`text` is printed, `files` are written by name, `runs` has a row per planned run with its `status` and `error`.
+    """Output of a report: `text` is printed, `files` are written by name.
 
-    `figures` makes further files, after `files` are written; it is not asked where they are there already and were made
-    of the same `files`. Content that is a function is requested alone: where that fails, only its file is missing.
-    `page` says what the page of the experiment shows; left out, it shows `text`, the tables of `files` and the figures. The
-    charts of a page (`bench.plan.page.Drawn`) are written as pictures too: `figures` names only what no page shows.
-    `outdated` names files that an earlier call may have written and that would now say what is not so.
+    `runs` has a row per planned run with its `status` and `error`. `figures` makes further files after `files` are
+    written; it is not called if they exist already and were made of the current `files`. Content that is a function is
+    computed on its own: if it fails, only its file is missing. `page` returns the page of the experiment. Default:
+    `text`, the tables of `files` and the figures. The charts of a page (`bench.plan.page.Drawn`) are also written as
+    pictures: `figures` names only files that no page shows. `outdated` names files that an earlier call may have
+    written and that would now be wrong.
     """
 
     text: str
@@ -46,8 +47,10 @@ class Made:
 
 @dataclass(frozen=True)
 class Report(Settings, ABC):
-    """What registers under `ksmea.reports`. `study` names the study whose records it is made of; it computes nothing that
-    a record does not hold."""
+    """Base class of the plugins under `ksmea.reports`.
+
+    `study` names the study whose records the report uses. It computes nothing that a record does not hold.
+    """
 
     study: ClassVar[str]
 

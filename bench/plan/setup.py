@@ -54,7 +54,7 @@ class Setup:
 
     @property
     def problem(self) -> Problem:
-        """The problem as the measurement sees it; of studies that ask for one."""
+        """Problem as the measurement sees it; `TypeError` in a study that ignores the problem."""
         if self.aligned_problem is None:
             raise TypeError("a study that ignores the problem requested it")
         return self.aligned_problem
@@ -73,7 +73,7 @@ class Setup:
 
     @property
     def source(self) -> MeasurementSource:
-        """Where the measurement comes from."""
+        """Source of the measurement."""
         source: MeasurementSource = self.plugins["measurement"]
         return source
 
@@ -120,7 +120,7 @@ class Setup:
             )
 
     def require_noise(self, who: str) -> Noise:
-        """The noise of the measurement; `SettingError` if there is none."""
+        """Noise of the measurement; `SettingError` if the measurement has no noise."""
         noise = self.source.noise
         if noise is None or noise.is_absent:
             raise SettingError(
@@ -130,8 +130,10 @@ class Setup:
         return noise
 
     def crlb(self, problem: Problem | None = None) -> list[float | None]:
-        """Cramér–Rao lower bound (CRLB) of each unknown, SI, as the measurement's noise has it; None if there is none,
-        or no true value to take it at. `problem` is asked in the place of this setup's own."""
+        """Cramér–Rao lower bound (CRLB) of each unknown, SI, for the measurement's noise.
+
+        None without noise or true values, or if it is not finite. `problem` replaces the problem of this setup.
+        """
         source = self.source
         if not self.truth or source.noise is None or source.noise.is_absent:
             return [None] * len(self.problem.parameters)
@@ -142,7 +144,7 @@ class Setup:
 
 
 def fingerprints(plugins: Mapping[str, Any]) -> dict[str, str]:
-    """Hash of the content of each plugin's file, by group, of those that name one."""
+    """Hash of the content of each plugin's file, by group, for plugins that name a file."""
     return {group: found for group in FINGERPRINTS if plugins[group] and (found := plugins[group].fingerprint())}
 
 
@@ -164,9 +166,12 @@ def plugins_of(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Draw:
-    """What one run has of its own: seeds by component, a journal of model evaluations where one is kept, whether the
-    response curves that figures are made of are wanted, whether it is the only run, which shows its own progress, and how many
-    processes may share it."""
+    """Inputs of one run in addition to its settings.
+
+    `seeds` are given by component. `journal` is the file for model evaluations, None if no journal is kept.
+    `with_curves` requests the response curves for figures. `with_progress` is True for the only run, which shows its
+    own progress. Up to `workers` processes may share the run.
+    """
 
     seeds: Mapping[str, list[int]]
     journal: Path | None = None

@@ -31,7 +31,10 @@ class Source:
 
 
 def kept_sources() -> KeptByContent[Source]:
-    """What earlier processes have read by the same code and the same Python, whose trees another does not have."""
+    """Sources that earlier processes have read with this code and this version of Python.
+
+    Syntax trees differ between versions of Python.
+    """
     own_code = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()[:DIGITS]
     return KeptByContent(
         f"code-{sys.implementation.name}-{platform.python_version()}-{own_code}.json", Source, read_source

@@ -1,9 +1,9 @@
 """Cache of values that follow from the content of files, in the user's folder for caches.
 
-An entry is found by the hash of the content that it follows from, so that none can be out of date: a file that is edited is
-another one. The folder is `ksmea-bench` in `BENCH_CACHE` (none if that is empty), else in `XDG_CACHE_HOME` or `~/.cache`. Where it
-cannot be read or written, all is made again. It is written in one move: of two processes that write at the same time one loses its
-additions, which the next one makes again.
+An entry is found by the hash of the content that it follows from, so that it cannot be out of date: an edited file is
+another one. The folder is `ksmea-bench` in `BENCH_CACHE` (no cache if that is empty), else in `XDG_CACHE_HOME` or
+`~/.cache`. If it cannot be read or written, all values are recomputed. It is written in one move: of two processes that
+write at the same time one loses its additions, which the next one recomputes.
 """
 
 from __future__ import annotations

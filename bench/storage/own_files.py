@@ -23,7 +23,7 @@ PAPER = PACKAGE / "paper"  # the tables as the paper prints them
 
 
 def checkout_commit() -> str:
-    """The commit, '+' behind it where files differ from it; '' where this is not a checkout, or there is no git."""
+    """Commit, followed by '+' if files differ from it; '' if this is not a checkout or git is missing."""
     if not (ROOT / ".git").exists():
         return ""
     command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*"]

@@ -1,4 +1,4 @@
-"""Where the studies that look ahead linearise: at true values, or at the most likely ones of what was measured."""
+"""Linearisation point of studies that look ahead: true values, or a measurement's most likely ones."""
 # Shorter than 40 lines: two studies share it.
 
 from __future__ import annotations
