@@ -3,8 +3,8 @@
 The channel with the fewest rows gives the common speeds, between the speeds that all channels reach. Every other
 channel is interpolated there between its two neighbouring rows, linearly in real and imaginary part. The error of that
 is estimated by the difference e to a cubic through four rows. If standard deviations σ are stated, the new one is
-√(Σ w² σ² + e²); if they are not, a speed at which e exceeds 2 % of the vector is left out, and so is one whose
-neighbours lie 5 % of the speed apart or more.
+√(Σ w² σ² + e²); if they are not, a speed at which e exceeds 2 % of the vector is left out. With or without them a
+speed is left out if its neighbours lie more than 5 % of it apart.
 """
 
 from __future__ import annotations

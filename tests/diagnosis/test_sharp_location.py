@@ -48,10 +48,10 @@ def test_only_effects_at_the_place_are_left(rotor):
         for effect in registered_effects()[name].locations(rotor)
     ]
     baseline = SimpleNamespace(problem=rotor)
-    there = module._acting_where(location(force=(5,)), trials, baseline)
+    there = module.acting_where(location(force=(5,)), trials, baseline)
     assert {trial.candidate.effect.position for trial in there} == {0.5}
     spread = location(force=range(8))
-    assert module._acting_where(spread, trials, baseline) is trials
+    assert module.acting_where(spread, trials, baseline) is trials
 
 
 def test_what_is_located_is_no_pair_of_effects_elsewhere(rotor, hide, monkeypatch):

@@ -255,5 +255,5 @@ def test_there_is_no_response_to_unit_loads_of_which_multiples_are_taken():
     with pytest.raises(SettingError, match="expected none that turns together with unit loads"):
         problem.load_response(np.append(ISOTROPIC, [0.1, 0.0])[None], [Load(0.5, "x")])
     stop = effect("local_force", position=0.5, law="cubic_spring")
-    with pytest.raises(SettingError, match="beside a stiffness that turns with the shaft"):
+    with pytest.raises(SettingError, match="together with a stiffness that turns with the shaft"):
         stop.added_to(problem)

@@ -335,7 +335,7 @@ def test_a_coupling_of_the_rotor_is_where_misalignment_acts():
 def test_a_sweep_of_the_speed_is_refused_beside_probes_on_housings():
     """Poles of the response read the shaft against the ground."""
     effect = create("effect", "run_up_acceleration", {})
-    with pytest.raises(SettingError, match="expected probes against the ground beside a sweep"):
+    with pytest.raises(SettingError, match="expected probes against the ground together with a sweep"):
         effect.locations(problem_with(UNKNOWNS))[0].added_to(problem_with(UNKNOWNS)).response(np.ones((1, 11)))
     on_ground = problem_with(UNKNOWNS, housing_probes=())
     swept = effect.locations(on_ground)[0].added_to(on_ground)
