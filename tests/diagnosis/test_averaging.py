@@ -80,7 +80,9 @@ def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(
     stiffness in about half of all draws, by many of their widths. 95 % intervals of three unknowns are widened to twice
     their half-width: seeds were not chosen."""
     rotor, measurement, effects = heavier_or_softer(seed)
-    found = diagnose(Case(rotor, measurement), effects, Search(np.random.default_rng(seed), LESS))
+    found = diagnose(
+        Case(rotor, measurement), effects, Search(np.random.default_rng(seed), dataclasses.replace(LESS, average=True))
+    )
     assert found.verdict == "ambiguous" and sum(found.averaged.weights) == pytest.approx(1)
     assert {each.names for each in found.averaged.explanations} == {("mass",), ("youngs_modulus",)}
     wrong = next(each.fit for each in found.explanations if each.names == ("youngs_modulus",))

@@ -10,7 +10,7 @@ from ksmea.diagnosis.diagnosis import Criteria, diagnose
 from ksmea.diagnosis.trials import Candidate, candidates, refined
 from ksmea.errors import SettingError
 from ksmea.fits.lack_of_fit import fit_quality
-from ksmea.fits.search import Effort, Search
+from ksmea.fits.search import Search
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
@@ -20,11 +20,11 @@ from ksmea.studies.diagnose import Report, diagnosis
 from problems.effects.local_force import LocalForce
 from problems.effects.runout import Runout
 from problems.three_disk import ThreeDisk
-from tests.diagnosis.conftest import NOISE, TRUTH, common_effects, registered_effects
+from tests.diagnosis.conftest import NOISE, TRUTH, VERDICT, common_effects, registered_effects
 
 
 def diagnosed(rotor, measurement, effects=None, seed=0, effort=None, **criteria):
-    search = Search(np.random.default_rng(seed), effort or Effort())
+    search = Search(np.random.default_rng(seed), effort or VERDICT)
     return diagnose(Case(rotor, measurement), effects or common_effects(), search, Criteria(**criteria))
 
 
@@ -94,7 +94,9 @@ def test_effects_are_scanned_at_all_effort_only_where_little_leaves_more_than_no
         return refined(trials, baseline, search)
 
     monkeypatch.setattr("ksmea.diagnosis.diagnosis.refined", noted)
-    effort = Effort(screening=1024, starts=6, scan=100, scan_clouds=40, scan_values=8, effect_starts=3)
+    effort = dataclasses.replace(
+        VERDICT, screening=1024, starts=6, scan=100, scan_clouds=40, scan_values=8, effect_starts=3
+    )
     measurement, _, _ = hide("channel_gain", 1)
     known = {name: effect for name, effect in common_effects().items() if name in ("channel_gain", "runout")}
     assert "channel_gain" in diagnosed(rotor, measurement, known, effort=effort).named

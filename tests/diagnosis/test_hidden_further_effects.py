@@ -12,7 +12,7 @@ from ksmea.plugins import registry
 from ksmea.problem.case import Case
 
 COMMON = ("runout", "unbalance")
-LITTLE = Effort(screening=2000, starts=6, scan=100, scan_values=8, effect_starts=3)
+LITTLE = Effort(screening=2000, starts=6, scan=100, scan_values=8, effect_starts=3, average=False, split=False)
 
 
 def library(name):

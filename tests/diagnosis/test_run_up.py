@@ -27,7 +27,7 @@ ROOT = Path(__file__).parents[2]
 RK4_RUN_UP = Path(os.environ.get("KSMEA_DATA", ROOT.parent / "shared/data")) / "rk4/runup_bode_first_critical.csv"
 EFFECTS = ("run_up_acceleration", "speed_dependent_damping", "unbalance")
 SETTINGS = RK4TwoDisk(sensors=[0.12, 0.44], directions=["x", "y"], n_speed=40)
-LITTLE = Effort(screening=500, starts=4, scan=30, scan_values=8, effect_starts=2)
+LITTLE = Effort(screening=500, starts=4, scan=30, scan_values=8, effect_starts=2, average=False, split=False)
 NOISE = Noise(0.05, 1e-7)
 
 

@@ -1,5 +1,7 @@
 """Two causes at once: named together, also where the larger one hides the smaller, and where both are one effect at two places."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -107,7 +109,9 @@ def test_pairs_that_explain_the_data_alike_are_all_reported(rotor, fine):
     effects = [located(fine, "mass"), located(fine, "channel_gain", 3)]
     measurement = measured(fine, effects, [0.01, 0.15], seed=2)
     library = few("mass", "youngs_modulus", "channel_gain")
-    found = diagnose(Case(rotor, measurement), library, Search(np.random.default_rng(0), LESS))
+    found = diagnose(
+        Case(rotor, measurement), library, Search(np.random.default_rng(0), dataclasses.replace(LESS, split=True))
+    )
     names = {each.names for each in found.explanations}
     assert found.verdict == "ambiguous" and names == {("channel_gain", "mass"), ("channel_gain", "youngs_modulus")}
     assert set(found.ambiguity_group) == {"mass", "youngs_modulus", "channel_gain"}
