@@ -1,4 +1,6 @@
-"""The noise level of data of which free numbers have taken a part at each speed: restricted maximum likelihood.
+"""The noise level of data of which free numbers have taken a part at each speed.
+
+Restricted maximum likelihood.
 
 With residuals r = y − q, what columns A (n_channel, k) can explain is free and says nothing of the noise. The n_channel − k
 contrasts that A leaves have, with S = diag(s²), s² = (relative · |μ|)² + floor² and μ the fitted response, the deviance
