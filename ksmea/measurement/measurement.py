@@ -1,4 +1,7 @@
-"""Measured amplitudes or complex responses over speed and channels, with their noise model; never the true values."""
+"""Measured amplitudes or complex responses over speed and channels, with their noise model.
+
+Never the true values.
+"""
 
 from __future__ import annotations
 
