@@ -143,7 +143,7 @@ class Objective(Meter):
         return self._differences(u)
 
     def screening(self, u: Array) -> Array:
-        """Robust misfit at points, counted like any other point; the misfit itself if there is none.
+        """Robust misfit at points, counted like any other point; default: the misfit itself.
 
         Args:
             u: points (k, d) in the unit cube.
