@@ -120,7 +120,7 @@ class Effect(Settings, Generic[Seen]):
         return True
 
     def seen_in(self, measurement: Measurement) -> Self | None:
-        """This effect with information from a measurement other than its values, such as the direction of a run.
+        """This effect with further information from a measurement, such as the direction of a run.
 
         Default: this effect unchanged.
 
@@ -166,11 +166,13 @@ class Effect(Settings, Generic[Seen]):
             problem: problem without it.
 
         Returns:
-            Problem whose unknowns are those of `problem`, followed by the effect's own.
+            Problem with the unknowns of `problem`, followed by the effect's own.
         """
 
     def places(self, problem: Seen) -> Sequence[float]:
-        """Positions on the shaft at which alone it acts, or whose reading it changes: a second opinion on its name.
+        """Positions on the shaft at which alone it acts, or whose reading it changes.
+
+        A second opinion on its name.
 
         Default: empty.
 

@@ -1,4 +1,6 @@
-"""Contract of an identification method: a problem, a measurement and random streams in, the most likely values out.
+"""Contract of an identification method.
+
+A problem, a measurement and random streams in, the most likely values out.
 
 A plugin is one file: a frozen dataclass whose fields are its settings, which subclasses a contract, and one entry point.
 `ksmea.plugins.registry` rejects a class that does not. Members that are not abstract have a default, which their docstring states.
@@ -23,7 +25,10 @@ BUDGET_STOPS = ("updates", "budget")  # stop reasons that say it was cut short, 
 
 @dataclass(frozen=True)
 class Streams:
-    """Independent generators by component, so that methods that share a component draw the same numbers for it."""
+    """Independent generators by component.
+
+    Methods that share a component draw equal numbers for it.
+    """
 
     design: np.random.Generator
     surrogate: np.random.Generator
@@ -35,7 +40,10 @@ POLISH = "polish"  # name of the part of a search that goes on from where the op
 
 @dataclass(frozen=True)
 class SearchStage:
-    """Part of a search on the surrogate as it ended: the optimum until then, and its misfit on the surrogate."""
+    """Part of a search on the surrogate as it ended.
+
+    The optimum until then, and its misfit on the surrogate.
+    """
 
     name: str
     x: Array  # (d,) SI
@@ -68,7 +76,9 @@ class Update:
 
 @dataclass(frozen=True)
 class Stage:
-    """Part of a method as it ended: its last point, and all evaluations and Jacobians of the true model until then.
+    """Part of a method as it ended.
+
+    Its last point, and all evaluations and Jacobians of the true model until then.
 
     A part `on_surrogate` uses none of its own.
     """

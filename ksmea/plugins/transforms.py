@@ -1,4 +1,4 @@
-"""Output transforms: the real outputs that a surrogate models, made from the complex response and turned back.
+"""Output transforms: real outputs for a surrogate from the complex response, and back.
 
 Raw amplitudes of a lightly damped rotor are needles that no smooth surrogate follows; their logarithms are not.
 """
@@ -18,7 +18,7 @@ TRANSFORMS = ("auto", "none", "complex", "log", "log_phase")
 
 @dataclass(frozen=True)
 class Transform:
-    """Transform of the response (k, n_speed, n_channel) to real outputs (k, q), and of outputs to predicted data.
+    """Transform of the response (k, n_speed, n_channel) to real outputs (k, q), and of outputs to data.
 
     - `amplitude`: |y|; - `complex`: Re y, Im y; - `log`: ln|y|; - `log_phase`: ln|y|, cos φ, sin φ.
 
@@ -85,7 +85,10 @@ class Transform:
 
 
 def _amplitude(logarithm: Array) -> Array:
-    """Exponential, limited so that its square is still a float: a surrogate far from its samples may predict anything."""
+    """Exponential, limited so that its square is still a float.
+
+    A surrogate far from its samples may predict anything.
+    """
     return np.exp(np.clip(logarithm, -LARGEST_LOG, LARGEST_LOG))
 
 
