@@ -1,4 +1,7 @@
-"""Unknown parameters with units and limits: the one conversion between SI, engineering units and the unit cube."""
+"""Unknown parameters with units and limits.
+
+The one conversion between SI, engineering units and the unit cube.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contract of a problem: a rotor with unknowns, evaluated at given speeds and channels, without the true values.
+"""Contract of a problem: a rotor with unknowns at given speeds and channels, without true values.
 
 Members that are not abstract have a default, which their docstring states. Parameter vectors are SI, in the order of `parameters`.
 Sign convention: a real response is Re(q e^{iΩt}); complex responses q are in m, 0-peak.
@@ -27,7 +27,9 @@ from ksmea.rotordynamics.whirl import Campbell, Mode
 
 
 class Given:
-    """An attribute of a base class: whether the class of an object has a member of its own in place of the base class's.
+    """An attribute of a base class.
+
+    Whether the class of an object has a member of its own in place of the base class's.
 
     >>> class Shape:
     ...     def area(self): raise NotImplementedError
@@ -93,7 +95,7 @@ class Problem(ABC):
             x: values (n, d), SI, in the order of `parameters`.
 
         Returns:
-            Responses (n, n_speed, n_channel), m 0-peak, where a real response is Re(q e^{iΩt}).
+            Responses (n, n_speed, n_channel), m 0-peak; a real response is Re(q e^{iΩt}).
         """
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:

@@ -34,7 +34,9 @@ class UnknownImpedance:
 
 @dataclass(frozen=True, eq=False)
 class ResponseStructure:
-    """Unknowns, speeds, channels and impedances of a problem, whose other unknowns act by its unbalance alone.
+    """Unknowns, speeds, channels and impedances of a problem.
+
+    Its other unknowns act by its unbalance alone.
 
     `unbalance` is the problem's own (`Problem.unbalance`), (d,) SI → kg m by position: it costs no evaluation.
     """

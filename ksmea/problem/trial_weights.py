@@ -1,4 +1,7 @@
-"""Trial weights for a machine, at its disks: large enough to show, and no larger than the machine tolerates."""
+"""Trial weights for a machine, at its disks.
+
+Large enough to show, and no larger than the machine tolerates.
+"""
 
 from __future__ import annotations
 
