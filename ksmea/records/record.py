@@ -29,7 +29,10 @@ class Record:
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Self:
-        """The record that JSON data hold; what belongs to other things (a run's key, its session) is passed over."""
+        """The record that JSON data hold.
+
+        What belongs to other things (a run's key, its session) is passed over.
+        """
         try:
             record = msgspec.convert(cls.upgraded(data), cls)
         except (
