@@ -1,4 +1,4 @@
-"""Settings of plugins: frozen dataclasses whose fields carry their documentation, unit, source and legal range.
+"""Settings of plugins: frozen dataclasses whose fields carry help, unit, source and legal range.
 
 A plugin's settings are its dataclass fields. `setting` writes one, `Settings` checks them all when an instance is
 made, so a plugin built by hand is as safe as one that came from a command line.
@@ -108,7 +108,9 @@ class Settings(ABC):  # noqa: B024 – the contracts that derive from it have ab
         """
 
     def fingerprint(self) -> str:
-        """Hash of the content of a file that the settings name but do not hold; if it changes, results are stale.
+        """Hash of the content of a file that the settings name but do not hold.
+
+        If it changes, results are stale.
 
         Default: '', they name none.
         """
@@ -154,7 +156,7 @@ def require_free_names(settings: type) -> None:
 
 
 def check_values(settings: type, values: Mapping[str, Any]) -> None:
-    """Raise `SettingError` if a value by the name of its setting is not of the setting's type, range or choices."""
+    """Raise `SettingError` if a value by the name of its setting has a wrong type, range or choice."""
     for name, hint, metadata in _checked_fields(settings):
         if name in values:
             _check_field(name, hint, metadata, values[name])
