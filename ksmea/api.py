@@ -352,7 +352,7 @@ def diagnose(
     workers: int = 1,
     **settings: Any,
 ) -> DiagnosisResult:
-    """Misfit of a model to a measurement, the effect that explains it, and the predictive gain of the extension.
+    """Misfit of a model to a measurement, the effect that explains it, and the gain of the extension.
 
     A diagnosis takes from a second to a minute.
 

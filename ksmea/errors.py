@@ -62,7 +62,9 @@ class UnknownName:
 
 
 class SettingError(ValueError):
-    """Setting, name or file that cannot be used: one line with what was expected, what was given and a cure.
+    """Setting, name or file that cannot be used.
+
+    One line with what was expected, what was given and a cure.
 
     The message is one line of visible characters, whatever it quotes. `reason` is the message without locations before it.
 
@@ -158,7 +160,9 @@ def listed(names: list[str]) -> str:
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.4) -> str | None:
-    """Known name nearest to a wrong one, in upper or lower case; None if none is similar by the ratio `cutoff`.
+    """Known name nearest to a wrong one, in upper or lower case.
+
+    None if none is similar by the ratio `cutoff`.
 
     >>> nearest("lm", ["DE", "LM"]), nearest("Kriging+de", ["DE", "Kriging + DE"]), nearest("x", ["DE"])
     ('LM', 'Kriging + DE', None)

@@ -157,7 +157,7 @@ class LoadedProblem:
             channels: probes. Default: the problem's own.
 
         Returns:
-            Complex response q (n_speed, n_channel), m 0-peak, where a real response is Re(q e^{iΩt}).
+            Complex response q (n_speed, n_channel), m 0-peak; a real response is Re(q e^{iΩt}).
 
         Raises:
             SettingError: a value is missing, or the problem cannot be evaluated at other speeds and channels.

@@ -1,4 +1,4 @@
-"""Results of the Python API: a record of the findings, with the text of the terminal, a table and a figure.
+"""Results of the Python API: a record with the text of the terminal, a table and a figure.
 
 `print(result)` gives the text, `to_frame()` a tidy table, `plot()` a figure, `to_json()` the record with the unit of
 each number; a notebook shows table and text. `record` has every number as an attribute, SI unless its documentation
@@ -145,7 +145,7 @@ class IdentificationResult(Result[IdentificationRecord], Mapping[str, Value]):
         return identification_text.frame(self.record)
 
     def residuals(self) -> pd.DataFrame:
-        """Data and fitted response by speed and channel, with the residual in standard deviations of the noise.
+        """Data and fitted response by speed and channel, with residuals in standard deviations of the noise.
 
         Residuals are of the amplitude, or along the fitted response and a quarter turn ahead of it.
 
