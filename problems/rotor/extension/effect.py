@@ -1,4 +1,4 @@
-"""Effects on rotors: hooks into the rotor, the problem that has the effect, and helpers that several effects share.
+"""Effects on rotors: hooks into the rotor, the problem with the effect, and shared helpers.
 
 Limits of an effect's unknowns follow from sizes of the rotor: its weight, stiffness and response.
 """
@@ -160,8 +160,10 @@ def column(values: Array) -> Array:
 
 
 def forward_vector(theta: Array) -> ComplexArray:
-    """Two Cartesian components (n, 2) as one complex number (n,): r_x + i r_y is the x amplitude of the forward vector
-    r (1, −i), which at t = 0 points to (r_x, r_y)."""
+    """Two Cartesian components (n, 2) as one complex number (n,).
+
+    R_x + i r_y is the x amplitude of the forward vector r (1, −i), which at t = 0 points to (r_x, r_y).
+    """
     return theta[:, 0] + 1j * theta[:, 1]
 
 

@@ -1,4 +1,6 @@
-"""Hooks of an effect into a rotor; each changes nothing unless an effect overrides it. Names of effects' unknowns.
+"""Hooks of an effect into a rotor; each changes nothing unless an effect overrides it.
+
+Names of effects' unknowns.
 
 Values of an effect's unknowns are rows of θ (n, e), SI, in the order of its `parameters`. The first runout of a model has
 `runout_x`; a second one at 0.5 m has `runout_x_at_0_5_m`. Names do not change when an effect is added. A name is one word, so that
@@ -49,11 +51,17 @@ class RotorHooks(ABC):
         return rotor
 
     def moved(self, looking: Sequence[Channel], channels: Sequence[Channel], theta: Array) -> tuple[Channel, ...]:
-        """Positions and directions of the probes at one set of values (e,); `looking` are the channels without this effect."""
+        """Positions and directions of the probes at one set of values (e,).
+
+        `looking` are the channels without this effect.
+        """
         return tuple(looking)
 
     def costly(self, n_unknown: int) -> Indices:
-        """Indices of the unknowns that change the rotor or move probes; each new value of them requires another reduction."""
+        """Indices of the unknowns that change the rotor or move probes.
+
+        Each new value of them requires another reduction.
+        """
         return np.arange(n_unknown if self.changes_rotor or self.moves_probes else 0)
 
     def of_probes(self, n_unknown: int) -> Mask:
@@ -65,13 +73,18 @@ class RotorHooks(ABC):
         return np.zeros(n_unknown, dtype=bool)
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
-        """Impedances of the bearings, (n_bearing, 2, 2, n, n_speed) N/m from motion (second 2) to force (first 2), at
-        spin speeds (rad/s). A whirl at another frequency ω feels Re z + iω Im z / Ω: coefficients of bearings are
-        functions of the spin speed. What is a function of the frequency itself is a `support`."""
+        """Impedances of the bearings, (n_bearing, 2, 2, n, n_speed) N/m, at spin speeds (rad/s).
+
+        They are from motion (second 2) to force (first 2). A whirl at another frequency ω feels Re z + iω Im z / Ω:
+        coefficients of bearings are functions of the spin speed. A function of the frequency itself is a `support`.
+        """
         return impedance
 
     def bearing_inertia(self, theta: Array) -> Array | None:
-        """Mass (2, n), kg, that each bearing carries in x and y; None for none. It is felt by the frequency of the motion."""
+        """Mass (2, n), kg, that each bearing carries in x and y; None for none.
+
+        It is felt by the frequency of the motion.
+        """
         return None
 
     def support(self, theta: Array) -> Support | None:
@@ -92,7 +105,10 @@ class RotorHooks(ABC):
 
     @property
     def further_orders(self) -> Sequence[int]:
-        """Multiples of the speed of rotation, other than 1X, at which it has loads, up to `problems.rotor.extension.turning.HIGHEST`."""
+        """Multiples of the speed of rotation, other than 1X, at which it has loads.
+
+        They go up to `problems.rotor.extension.turning.HIGHEST`.
+        """
         return ()
 
     def loads_at(self, rotor: Rotor, speed: Array, order: int) -> ComplexArray:
@@ -104,7 +120,10 @@ class RotorHooks(ABC):
         raise NotImplementedError
 
     def unbalance(self, theta: Array) -> Mapping[float, complex]:
-        """Unbalance among its loads at one set of values (e,), by position (m), kg m in the direction of the force."""
+        """Unbalance among its loads at one set of values (e,), by position (m).
+
+        It is in kg m in the direction of the force.
+        """
         return {}
 
     def site_law(self) -> SiteLaw | None:
@@ -137,8 +156,11 @@ class RotorHooks(ABC):
 
 
 def effect_unknowns(problem: RotorProblem, effects: Sequence[RotorHooks]) -> tuple[tuple[Parameter, ...], ...]:
-    """The unknowns of each effect on a problem; `SettingError` where an unknown of the problem has the name of one, or two
-    effects are the same at the same place."""
+    """The unknowns of each effect on a problem.
+
+    Raises `SettingError` where an unknown of the problem has the name of one, or two effects are the same at the same
+    place.
+    """
     found: list[tuple[Parameter, ...]] = []
     own = set(problem.parameters.names)
     taken, there = set(own), set[tuple[type, str]]()
