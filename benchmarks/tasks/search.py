@@ -1,5 +1,8 @@
-"""Searches of a free objective: by our optimisers, which shows what their adapters and the count of points cost, and by the bare
-libraries, as their documentation shows: points are counted by nobody, the best one is what the library says."""
+"""Searches of a free objective.
+
+By our optimisers, which shows what their adapters and the count of points cost, and by the bare libraries, as their
+documentation shows: points are counted by nobody, the best one is what the library says.
+"""
 
 from __future__ import annotations
 
