@@ -20,10 +20,12 @@ MARKUP = re.compile(r"([*|\\])|(?<=\w)_(?=\W|$)")
 
 
 def as_restructured_text(lines: list[str]) -> list[str]:
-    """Lines of a docstring whose text says in reStructuredText what it says as it stands; examples are left alone.
+    r"""Lines of a docstring whose text says in reStructuredText what it says as it stands.
+
+    Examples are left alone.
 
     >>> as_restructured_text(["Raises `SettingError` at |r| > 1 (`*`).", "", ">>> `a`"])
-    ['Raises ``SettingError`` at \\\\|r\\\\| > 1 (``*``).', '', '>>> `a`']
+    ['Raises ``SettingError`` at \\|r\\| > 1 (``*``).', '', '>>> `a`']
     """
     out, in_example = [], False
     for line in lines:
