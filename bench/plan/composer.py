@@ -154,7 +154,7 @@ class Composer:
     def _is_meant(self, key: str, groups: Mapping[str, str]) -> bool:
         """Whether a key of the grid or of a sweep is for a point.
 
-        A setting of a plugin that is swept or names its plugin, where the one chosen there has it.
+        A setting of a plugin counts if the plugin is swept or named, and the one chosen at the point has it.
         """
         said = plugin_setting(key)
         if said is None:

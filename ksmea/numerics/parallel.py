@@ -191,7 +191,7 @@ def _fork() -> int:
 def _answered(forks: Sequence[_Fork], n_item: int) -> Iterator[tuple[int, bytes]]:
     """Each item's number and answer as they come; a fork has the next item as soon as it has answered.
 
-    After an error those that come before its item alone are waited for.
+    After an error only items before its own are waited for.
     """
     waiting, first_error = deque(range(n_item)), n_item
     at_work: dict[Connection, int] = {}

@@ -269,8 +269,12 @@ class IdentificationRecord(Record):
     ) -> Self:
         """This record with the true values and curves, if known.
 
-        True values are by name, SI; the response without noise is (n_speed, n_channel), m. For an angle that is free to
-        turn, the true value is given in the turn nearest to the identified value.
+        For an angle that is free to turn, the true value is given in the turn nearest to the identified value.
+
+        Args:
+            parameters: unknowns of the problem, in the order of the record.
+            truth: true values by name, SI.
+            response: response without noise (n_speed, n_channel), m.
         """
         known = tuple(
             dataclasses.replace(part, true=_nearest_turn(parameter, truth.get(part.name), part.identified))

@@ -230,11 +230,21 @@ class LocationRecord(Record):
         return () if self.kind == NOTHING else tuple(each for each in self.candidates if each.accepted)
 
     def accepts(self, position: float) -> bool:
-        """Whether any candidate is accepted than which none is nearer to a position (m)."""
+        """Whether any of the candidates nearest to a position is accepted.
+
+        Args:
+            position: position on the shaft, m.
+        """
         return is_nearest(position, [each.position for each in self.candidates], [each.position for each in self.sites])
 
     def share(self, *kinds: str) -> float:
-        """Share of the single positions tried for these kinds at which any of them is accepted."""
+        """Share of the single positions tried for some kinds at which any of them is accepted.
+
+        Positions are weighted by the length of shaft that they stand for.
+
+        Args:
+            *kinds: kinds of quantities, such as force and moment.
+        """
         tried = np.unique([each.position for each in self.candidates if each.kind in kinds])
         accepted = [each.position for each in self.sites if each.kind in kinds]
         width = np.gradient(tried) if len(tried) > 1 else np.ones(len(tried))
@@ -271,7 +281,7 @@ class LocationRecord(Record):
     def is_local(self) -> bool:
         """Whether something unknown explains the data at some places and not at many.
 
-        A law that holds at one of many is no proof, since what is spread along the shaft often does as much as one mass
+        A law that holds at one of many proves nothing, since a cause that is spread along the shaft often does as much as one mass
         or spring.
         """
         return bool(self.sites) and not self.is_spread

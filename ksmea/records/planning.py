@@ -142,7 +142,11 @@ class PlanningRecord(Record):
         return ""
 
     def unknown_with(self, crlb: Sequence[float | None]) -> tuple[str, ...]:
-        """The unknowns that data with these CRLBs (d,) tell less of than the limits of the search do."""
+        """Unknowns that data determine less well than the limits of the search do.
+
+        Args:
+            crlb: CRLBs (d,) of these data, 1 σ, SI; None: infinite.
+        """
         return tuple(
             parameter.name
             for parameter, value in zip(self.parameters, infinite_where_none(crlb))
