@@ -209,7 +209,8 @@ def identify(
         ArithmeticError: an identified value is not finite.
 
     Source:
-        "profile" intervals: Venzon & Moolgavkar 1988, doi:10.2307/2347496.
+        Intervals: D. M. Bates and D. G. Watts, Nonlinear Regression Analysis and Its Applications, 1988, chapter 6,
+        doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (1988) 87–94, doi 10.2307/2347496.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk")
@@ -274,6 +275,9 @@ def identifiability(
     Raises:
         SettingError: the noise is absent, or a value or setting is wrong.
 
+    Source:
+        S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, eq. 3.24.
+
     >>> import ksmea
     >>> result = ksmea.identifiability(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
     >>> [f"{item.name} {100 * item.crlb / item.true:.2f} %" for item in result.record.parameters[:2]]
@@ -325,7 +329,8 @@ def plan(
         SettingError: the noise is absent, or a target, value or setting is wrong.
 
     Source:
-        Atkinson, Donev & Tobias, Optimum Experimental Designs, with SAS, Oxford 2007.
+        V. V. Fedorov, Theory of Optimal Experiments, 1972; A. C. Atkinson, A. N. Donev and R. D. Tobias, Optimum Experimental
+        Designs, with SAS, 2007.
 
     >>> import ksmea
     >>> result = ksmea.plan(ksmea.load_problem("three_disk"), "cyy", relative=0.1, add=2, sensors=0, trial_phases=[])
@@ -373,6 +378,11 @@ def diagnose(
         SettingError: problem and measurement do not belong together, no effect has a location on the problem, or a name or
             setting is wrong.
 
+    Source:
+        Predictive gain: A. Vehtari, A. Gelman and J. Gabry, Stat. Comput. 27 (2017) 1413–1432, doi 10.1007/s11222-016-9696-4.
+        Averages of explanations: K. P. Burnham and D. R. Anderson, Model Selection and Multimodel Inference, 2002,
+        doi 10.1007/b97636.
+
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0])
     >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, floor=0.1, kind="complex", noise_known=False)
@@ -410,6 +420,10 @@ def locate(
     Raises:
         SettingError: problem and measurement do not belong together, there are too few data, or a setting is wrong.
 
+    Source:
+        Elimination of the force: G. H. Golub and V. Pereyra, Inverse Problems 19 (2003) R1–R26, doi 10.1088/0266-5611/19/2/201.
+        Noise level: H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545–554, doi 10.1093/biomet/58.3.545.
+
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0], n_speed=27)
     >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=["unbalance"], rng=1)
@@ -440,6 +454,9 @@ def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResu
 
     Raises:
         SettingError: data without weights, runs that do not separate the planes, or a wrong setting.
+
+    Source:
+        Corrections: Goodman, J. Eng. Ind. 86 (1964) 273–279, eq. (7).
 
     >>> import ksmea
     >>> found = ksmea.balance(ksmea.read_measurement("docs/examples/balancing.yaml"))

@@ -123,6 +123,18 @@ class IdentificationResult(Result[IdentificationRecord], Mapping[str, Value]):
 
     `found["kxx"]` is one of them, `dict(found)` has all, and `rotor.response(found)` is the response at them. `to_frame()` has a row
     per unknown, in its unit.
+
+    >>> import ksmea
+    >>> from ksmea.testing.jeffcott import JeffcottRotor
+    >>> rotor = ksmea.LoadedProblem("jeffcott", JeffcottRotor(), JeffcottRotor().build())
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.02, kind="complex", rng=1)
+    >>> found = ksmea.identify(rotor, data)
+    >>> found["kxx"].low < 0.9 < found["kxx"].high, found["kxx"].unit
+    (True, 'MN/m')
+    >>> list(found)
+    ['kxx', 'kyy', 'cxx', 'cyy', 'u']
+    >>> rotor.prediction(found).query("channel == 'x at 0 m'")["amplitude_sd_um"].round(2).tolist()[:2]
+    [0.02, 0.06]
     """
 
     def __iter__(self) -> Iterator[str]:

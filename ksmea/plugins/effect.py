@@ -52,6 +52,15 @@ class Effect(Settings, Generic[Seen]):
 
     Source:
         Each effect states its own: `python -m bench help effect NAME`.
+
+    >>> from ksmea.plugins import registry
+    >>> import ksmea
+    >>> problem, runout = ksmea.load_problem("three_disk", mesh=13).problem, registry.create("effect", "runout", {})
+    >>> [str(each) for each in runout.locations(problem)], [each.name for each in runout.parameters(problem)]
+    (['at 0.1 m'], ['runout_x', 'runout_y'])
+    >>> extended = runout.added_to(problem)
+    >>> extended.parameters.names
+    ('kxx', 'kyy', 'cxx', 'cyy', 'u', 'runout_x', 'runout_y')
     """
 
     # Effects that can look alike, by name, and what separates them. Default: empty.

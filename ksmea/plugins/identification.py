@@ -198,4 +198,15 @@ class Method(Settings):
 
         Raises:
             SettingError: the problem is not evaluated at the speeds and channels of the measurement.
+
+        >>> from ksmea.measurement.measurement import Measurement
+        >>> from ksmea.measurement.noise import Noise
+        >>> from ksmea.plugins import registry
+        >>> from ksmea.testing.jeffcott import Jeffcott
+        >>> problem, x = Jeffcott(), np.array([0.9e6, 1.1e6, 900.0, 1200.0, 4e-4])  # N/m, N s/m, kg m
+        >>> data = Measurement(problem.speed, problem.channels, problem.response(x[None])[0], Noise(0.01, 0.0), "exact")
+        >>> method = registry.create("method", "direct", {}, {"optimizer": registry.create("optimizer", "lm", {})})
+        >>> found = method.identify(problem, data, Streams(*np.random.default_rng(0).spawn(3)))
+        >>> (found.x / x).round(3).tolist(), found.stop
+        ([1.0, 1.0, 1.0, 1.0, 1.0], 'optimizer')
         """

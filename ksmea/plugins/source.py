@@ -27,6 +27,11 @@ class ProblemSettings(Settings):
     """Settings registered under `ksmea.problems`, which build a problem and know its published values.
 
     They are apart from the problem so that the input of an identification cannot hold the values it is to find.
+
+    >>> from ksmea.testing.jeffcott import JeffcottRotor
+    >>> rotor = JeffcottRotor(n_speed=3)
+    >>> rotor.build().speed.tolist(), rotor.reference()["kxx"]  # rad/s, N/m
+    ([100.0, 300.0, 500.0], 900000.0)
     """
 
     @abstractmethod
@@ -47,6 +52,11 @@ class MeasurementSource(Settings):
 
     The defaults suit a source without known true values, such as real data. A subclass must have `read` or `measure`,
     `kind` and, if it is known, `noise`.
+
+    >>> from ksmea.plugins import registry
+    >>> source = registry.create("measurement", "file", {"path": "docs/examples/run_up.csv"})
+    >>> str(source.kind), source.read().values.shape
+    ('complex', (90, 2))
     """
 
     @property

@@ -26,6 +26,13 @@ class Surrogate(Settings):
 
     `transform` names how the real outputs are made of the complex response (`ksmea.plugins.transforms.TRANSFORMS`). It is a setting
     if the user may choose, otherwise a class constant. Default: 'auto'.
+
+    >>> from ksmea.plugins import registry
+    >>> surface = registry.create("surrogate", "rsm", {})
+    >>> u = np.random.default_rng(0).random((20, 2))
+    >>> fitted = surface.fit(u, u.sum(axis=1, keepdims=True), np.random.default_rng(1))
+    >>> surface.least_samples(2) <= 20, fitted.predict(np.array([[0.25, 0.5]])).round(6).tolist()
+    (True, [[0.75]])
     """
 
     transform = "auto"
