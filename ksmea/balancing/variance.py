@@ -1,6 +1,6 @@
 """Variance components of a campaign.
 
-What changes slowly from run to run, and what each run has of its own.
+Some components change slowly from run to run, others belong to each run.
 
 Responses of runs i and j have the covariance (over entries, circular complex)
 

@@ -29,7 +29,7 @@ RANK = 1e-8  # of the squares of sines between what two effects can do, below wh
 def alone_in_place_of(pair: Explanation, trials: Sequence[Trial], baseline: Fit, search: Search) -> list[Trial]:
     """All trials, ranked again, if an effect alone is found to explain the data about as well as a pair.
 
-    Else empty.
+    Otherwise empty.
     """
     cosines = cosines_with(pair, trials, search.workers)
     found = tested(pair, trials, cosines, baseline, search.workers)

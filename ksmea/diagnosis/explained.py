@@ -37,7 +37,7 @@ class Explained:
 def with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.Generator) -> Explained:
     """An explanation and all others that come near it.
 
-    Of pairs only the ones whose effects both have a size.
+    Pairs are kept only if their effects both have a size.
     """
     able = [each for each in others if len(each.applied) == 1 or each.has_sizes]
     return led_by(0, [best, *(each for each in able if each.is_near(best) and not each.is_same(best))], rng)

@@ -107,8 +107,8 @@ def _collinearity(lead: Explanation, trial: Trial, cosines: Cosines) -> float:
 def _led(trial: Trial, lead: Explanation, baseline: Fit, n_candidate: int) -> Trial:
     """A trial with the better of its fit and further ones.
 
-    From where the valley leads in which the best explanation is exchanged for it, and if that does not come near from
-    where its effect comes nearest to what the best one predicts.
+    Further fits start from the end of the valley in which the best explanation is exchanged for it, and, if that is not
+    near, from the point at which its effect comes nearest to the prediction of the best one.
     """
     d = baseline.likelihood.d
 

@@ -115,8 +115,8 @@ def _quick(
 ) -> list[Trial]:
     """Second effects added to a first one, fitted for a few iterations.
 
-    With a limit of the deviance, fitted for up to TRIAL_ITERATIONS iterations, and only the effects that come below the
-    limit.
+    If a limit of the deviance is given, up to TRIAL_ITERATIONS iterations are made, and only effects that come below
+    the limit are kept.
     """
     return fitted(
         first.fit,

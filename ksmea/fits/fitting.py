@@ -248,9 +248,9 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
 def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
     """The better of a fit and further ones of its problem.
 
-    From the best points of screenings at values of the effects all over their limits that come nearer to the data than
-    the fit, and from other maxima of the baseline model; left after the first iterations where all have a deviance
-    above `ceiling`.
+    They start from the best points of screenings at values of the effects all over their limits that come nearer to the
+    data than the fit, and from other maxima of the baseline model. They are left after the first iterations if all have
+    a deviance above `ceiling`.
     """
     likelihood = fit.likelihood
     zero = without_effects(fit.problem, baseline.best.likelihood.d)

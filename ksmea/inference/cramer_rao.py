@@ -128,7 +128,7 @@ def identifiability(
 def joint_sensitivity(joint: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True) -> Array:
     """J (m, k) of data and priors, 1/SI.
 
-    Of all unknowns of a joint problem at x (d,) SI, then of the noise if its level is not known.
+    Columns are all unknowns of a joint problem at x (d,) SI, then the noise if its level is not known.
     """
     parameters = joint.parameters
     response, slope = Model(joint).linearise(parameters.to_cube(x))

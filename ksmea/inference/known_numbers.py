@@ -91,7 +91,7 @@ def own_numbers_as_noise(blocks: Sequence[Array], sd: Array) -> tuple[list[Array
 def with_noise(rows: Array, columns: Array) -> Array:
     """Data rows (m, k) with further noise of unit variance along each of the columns C (m, n).
 
-    (I + C Cᵀ)^(−1/2) rows.
+    The rows are multiplied by (I + C Cᵀ)^(−1/2).
 
     >>> with_noise(np.array([[2.0], [1.0]]), np.array([[np.sqrt(3)], [0.0]])).tolist()  # of variance 1 + 3, and of 1
     [[1.0], [1.0]]

@@ -295,6 +295,6 @@ def with_best_noise(likelihood: Likelihood, best: Point) -> Point:
 def nearest_maximum(likelihood: Likelihood, u: Array) -> Point:
     """The maximum of the likelihood nearest to u (d,).
 
-    Of several that differ in the noise alone, the highest.
+    Of several maxima that differ in the noise alone, it is the highest.
     """
     return with_best_noise(likelihood, maximise(likelihood, likelihood.start(u)))

@@ -71,7 +71,7 @@ class Criterion:
     def reduction_pct(self, before: Array, after: Array) -> Array:
         """Decrease in per cent of the CRLB between two informations (…, k, k), the prior counted.
 
-        Of several unknowns, the geometric mean of the half axes of their confidence ellipsoid.
+        For several unknowns it is of the geometric mean of the half axes of their confidence ellipsoid.
         """
         return -100 * np.expm1((self.value(before) - self.value(after)) / (2 * len(self.targets)))
 

@@ -36,7 +36,7 @@ def whitened_sensitivity(
 ) -> Array:
     """J (m, d) of data with this response (n_speed, n_channel) and sensitivity (n_speed, n_channel, d).
 
-    Where the noise's level is not known, two columns follow, of ln relative and ln floor: (m, d + 2); two for each run where
+    If the noise level is not known, two columns follow, of ln relative and ln floor: (m, d + 2); two for each run if
     runs have noise of their own.
     """
     magnitude = np.abs(response)
@@ -144,6 +144,6 @@ class Point:
     def triangle(self) -> Array:
         """R (p, p), upper triangular, with Rᵀ R the Fisher information, to the accuracy of `whitened`.
 
-        Of fewer rows where that has fewer.
+        It has fewer rows if `whitened` has.
         """
         return np.asarray(np.linalg.qr(self.whitened, mode="r"))

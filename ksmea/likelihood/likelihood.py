@@ -159,7 +159,7 @@ class Likelihood:
     def _for_noise(self, u: Array) -> tuple[Array, Array]:
         """Magnitudes that the relative part of the noise refers to, and squared residuals, at u (d,).
 
-        (n_speed, n_channel) each.
+        Each is (n_speed, n_channel).
         """
         mean = self.measurement.seen(self.model.response(u[None])[0])
         return np.abs(mean), np.abs(mean - self.measurement.values) ** 2

@@ -327,7 +327,7 @@ def _beyond(site: SiteFit, likelihood: LawLikelihood, deviance: float) -> tuple[
 def chance_beyond_free_force(site: SiteFit, likelihood: LawLikelihood, deviance: float) -> float:
     """The chance that noise makes a law leave as much beyond the free force as with a deviance.
 
-    By χ² where the level of the noise is known, else by an F-test.
+    It is by χ² if the noise level is known, else by an F-test.
     """
     beyond, n_more = _beyond(site, likelihood, deviance)
     if site.likelihood.measurement.noise is not None:

@@ -36,7 +36,7 @@ class LawStart:
 def law_starts(site: SiteFit, laws: Iterable[Law]) -> list[list[LawStart]]:
     """Starts of each law at a site.
 
-    Of the fit there, and of the same with other values of what it does not show.
+    They are of the fit there, and of the fit with other values of unknowns that it does not show.
     """
     recovered = [(each, _recovered(each)) for each in (site, *_others(site))]
     return [[_start(law, *each) for each in recovered] for law in laws]
@@ -81,7 +81,7 @@ def nearest_start(site: SiteFit, law: Law) -> LawStart:
 def _amid_unseen(site: SiteFit) -> SiteFit:
     """The fit with unknowns that do not show in the middle of their limits.
 
-    Without its size an unbalance has no angle.
+    An unbalance without its size has no angle.
     """
     theta = np.where(site.point.shown, site.point.theta, 0.5)
     return SiteFit(site.likelihood, site.likelihood.at(theta))

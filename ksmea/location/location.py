@@ -288,7 +288,7 @@ def _with_inputs(fit: SiteFit, case: Case) -> SiteFit:
 def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array, ceiling: float = np.inf) -> SiteFit:
     """The best of the maxima that starts lead to.
 
-    Where all leave more than `ceiling`, the best point on the way.
+    If all leave more than `ceiling`, it is the best point on the way.
     """
     best, *_ = best_maxima(
         likelihood, list(starts), first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS, ceiling=ceiling
@@ -304,7 +304,7 @@ def _reweighted(fit: SiteFit, noise: Noise, reference: SiteFit) -> SiteFit:
 def refitted(fit: SiteFit, sd: Array, *starts: Array) -> SiteFit:
     """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts.
 
-    What is rejected anyway needs no maximum.
+    Sites that are rejected anyway need no maximum.
     """
     ceiling = HOPELESS * fit.point.n_left
     return _searched_from(_best(fit.likelihood.with_sd(sd), [fit.point.theta], ceiling), starts, ceiling)

@@ -74,7 +74,7 @@ class RecoveredForce:
     def dynamic_stiffness(self) -> ComplexArray | None:
         """−f/q in x, y, forward and backward, (1 + n_draw, n_speed, 4) N/m.
 
-        What the force amounts to where it follows the motion of its site in that direction alone.
+        It is the equivalent of the force if it follows the motion of its site in that direction alone.
         """
         return None if self.motion is None else np.asarray(-self.parts / with_whirl(self.motion))
 

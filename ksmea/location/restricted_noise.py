@@ -31,9 +31,10 @@ def restricted_noise(
 ) -> Noise:
     """Relative part and floor of the noise by restricted maximum likelihood.
 
-    From residuals (n_speed, n_channel), columns (n_speed, n_channel, k), the fitted response (n_speed, n_channel)
-    and measured values, all m. Both parts are corrected for `n_fitted` unknowns, or a share of them, that were also
-    estimated."""
+    It is estimated from residuals (n_speed, n_channel), columns (n_speed, n_channel, k), the fitted response (n_speed,
+    n_channel) and measured values, all m. Both parts are corrected for `n_fitted` unknowns, or a share of them, that
+    were also estimated.
+    """
     magnitude = np.abs(response)
 
     def restricted_deviance(logarithms: Array) -> float:

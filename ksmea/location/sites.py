@@ -103,7 +103,7 @@ Pair = tuple[int, int]  # indices of positions, the first one smaller
 def fitted_pairs(positions: Array, fitted: Callable[[Sequence[Unmodelled]], list[SiteFit]]) -> list[SiteFit]:
     """The best fits of two forces at pairs of positions (m, rising).
 
-    Of all pairs of a grid, and around the best ones of pairs half as far apart, down to neighbours.
+    All pairs of a grid are tried, then pairs half as far apart around the best ones, down to neighbours.
     """
     step = max(int(np.ceil((len(positions) - 1) / (N_COARSE - 1))), 1)
     grid = sorted({*range(0, len(positions), step), len(positions) - 1})

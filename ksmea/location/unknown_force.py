@@ -183,7 +183,7 @@ class SumOfSquares(ABC):
 class ProjectedLikelihood(SumOfSquares):
     """χ² of r as a function of the unknowns in the unit cube, the noise s (n_speed, n_channel) being held.
 
-    What `ksmea.inference.maximisation` can maximise as it does a likelihood.
+    `ksmea.inference.maximisation` maximises it like a likelihood.
     """
 
     def __init__(self, case: Case, unmodelled: Unmodelled, sd: Array) -> None:

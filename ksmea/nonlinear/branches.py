@@ -116,8 +116,8 @@ def _scale(motion: Array, level: Array) -> Array:
 def _tangent(balance: Balance, motion: Array, level: Array, last: Array) -> Array:
     """Unit tangents (n, p + 1), in these units, that point onwards.
 
-    With them below the derivatives of the equations the determinant is above zero, as at rest, all along the curve.
-    `last` are those a step before.
+    With the derivatives of the equations above them the determinant is above zero, as at rest, all along the curve.
+    `last` are the tangents a step before.
     """
     _, by_motion = balance.left(motion, level)
     rows = np.concatenate([by_motion, -balance.alone[..., None]], axis=2) * _scale(motion, level)[:, None]

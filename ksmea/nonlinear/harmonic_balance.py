@@ -35,7 +35,7 @@ SHORTEST = 2.0**-6  # part of a Newton step
 class Harmonics:
     """Orders of the rotation that a motion has.
 
-    Where all are odd, half a turn says all: forces on opposite points of such an orbit are opposite.
+    If all are odd, half a turn determines the motion: forces on opposite points of such an orbit are opposite.
     """
 
     orders: tuple[int, ...] = (1,)
@@ -56,7 +56,7 @@ class Harmonics:
     def parts(self) -> list[tuple[int, int]]:
         """The components: number of the order, and 0 for the real part or 1 for the imaginary one.
 
-        Of order 0 there is one.
+        Order 0 has one component.
         """
         return [(index, part) for index, order in enumerate(self.orders) for part in range(2 if order else 1)]
 

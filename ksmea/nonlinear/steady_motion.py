@@ -37,9 +37,9 @@ REGULAR = 1e-9  # of the largest receptance: added to one that no force moves
 class SiteMotion:
     """Motion of sites at speeds (n_speed,), rad/s.
 
-    By Q (n, n_speed, m), m, at the frequency of rotation without a force on them, and by G (n, n_speed, m, m), m/N,
-    with each unit of one. `further` has G at other harmonics, by their order. `near` (n, n_speed, n_known, m), m, has
-    the first harmonics of a motion next to which the steady one is.
+    It is given by Q (n, n_speed, m), m, at the frequency of rotation without a force on them, and by G (n, n_speed, m,
+    m), m/N, with each unit of one. `further` has G at other harmonics, by their order. `near` (n, n_speed, n_known, m),
+    m, has the first harmonics of a motion next to which the steady one is.
     """
 
     speed: Array

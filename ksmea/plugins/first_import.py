@@ -41,7 +41,7 @@ State = list[tuple[Any, dict[str, Any]]]  # modules and classes with their membe
 def require_importable(what: str, load: Callable[[], object], setting: str = "") -> None:
     """Raise `PluginFailure` if an import fails, hangs or ends its process; it is tried in a fork.
 
-    In a worker process, and on a system without forks, nothing is tried.
+    Nothing is tried in a worker process, or on a system without forks.
     """
     reason = _tried("import", load, float(os.environ.get(SECONDS, MOST_SECONDS)))
     if reason:

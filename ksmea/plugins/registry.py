@@ -126,7 +126,7 @@ def _class_at(point: EntryPoint, contract: type[Settings]) -> type:
 def _loaded(point: EntryPoint) -> type:
     """The class that an entry point names.
 
-    Of one from outside the import is tried first, and changes nothing but what it adds.
+    The import of a class from outside is tried first, and changes nothing but its own additions.
     """
     module = point.value.partition(":")[0]
     is_new = module not in sys.modules and module.partition(".")[0] not in OURS

@@ -68,7 +68,7 @@ class ProblemProxy(Problem):
     def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
         """Whether the problem behind does, without loads.
 
-        With loads False, as the derivative is then made of its own members.
+        With loads it is False, as the derivative is then made of its own members.
         """
         return not loads and self.behind.linearises_cheaply()
 

@@ -27,9 +27,9 @@ from ksmea.rotordynamics.whirl import Campbell, Mode
 
 
 class Given:
-    """An attribute of a base class.
+    """Attribute of a base class that states whether a class overrides a member.
 
-    Whether the class of an object has a member of its own in place of the base class's.
+    An object's class then has a member of its own in place of the base class's.
 
     >>> class Shape:
     ...     def area(self): raise NotImplementedError

@@ -17,7 +17,7 @@ RunNoise = Annotated[tuple[str, float, float], Quantity("name, part, m")]  # its
 class Shown:
     """A value with the ends of its interval in `unit`, not a number where open.
 
-    What tables and charts show of an unknown.
+    Tables and charts show it for an unknown.
     """
 
     value: float

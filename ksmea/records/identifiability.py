@@ -59,7 +59,7 @@ class Unknown:
     def base(self) -> float:
         """Base of percentages, SI: the value.
 
-        0 if none is defined: for a value of 0, and for an angle, whose zero is arbitrary.
+        It is 0 if none is defined: for a value of 0, and for an angle, whose zero is arbitrary.
         """
         return 0.0 if self.unit in SI_PER_UNIT["angle"] else self.true
 

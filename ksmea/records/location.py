@@ -264,8 +264,8 @@ class LocationRecord(Record):
     def is_spread(self) -> bool:
         """Whether something unknown explains the data at so many places that none of them is where it acts.
 
-        What acts all along the shaft is often done as well by a force at most places and a moment at others. Fewer than
-        most may be distinguished by a law that holds at few of them alone.
+        A force at most places and a moment at others often fit as well as a cause all along the shaft. If fewer places
+        are accepted, a law that holds at few of them alone may distinguish them.
         """
         places = {each.position for each in self.sites if each.kind in (FORCE, MOMENT, LATERAL)}
         if self.is_anywhere or len(places) < FEWEST_SPREAD or self.share_of_places < MAX_PLACES:

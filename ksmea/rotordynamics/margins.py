@@ -51,7 +51,7 @@ class SeparationMargin:
 def peaks(speed: Array, amplitude: Array, channels: Sequence[Channel]) -> tuple[Peak, ...]:
     """The peaks of amplitudes (n_speed, n_channel) at rising speeds (rad/s), by speed.
 
-    Those without a side that falls to half power are left out.
+    Peaks without a side that falls to half power are left out.
     """
     found = []
     for column, channel in zip(amplitude.T, channels):

@@ -76,7 +76,7 @@ class StrictLoader(yaml.SafeLoader):
     def flatten_mapping(self, node: yaml.MappingNode) -> None:
         """Keys of the mapping itself come before merged ones.
 
-        Of a key that two merges bring, one would win: an error.
+        If two merges bring one key, it is an error.
         """
         own = [pair for pair in node.value if pair[0].tag != MERGE]
         super().flatten_mapping(node)

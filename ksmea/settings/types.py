@@ -1,6 +1,6 @@
 """The types that settings may have.
 
-Whether a value is of one, what a file's text becomes as one, and its name in words.
+The module checks whether a value is of a type, converts a file's text, and names types in words.
 """
 
 from __future__ import annotations

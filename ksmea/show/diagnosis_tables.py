@@ -124,7 +124,7 @@ def _unit(*estimated: EstimateRecord | None) -> str:
 def values_beside(record: DiagnosisRecord) -> list[str]:
     """Unknowns fitted with something unknown, which hold whatever its cause.
 
-    Of a cause that is located, or ambiguous.
+    They are given for a cause that is located, or ambiguous.
     """
     if record.location is None or record.verdict not in ("located", "ambiguous") or not record.location.is_local:
         return []
@@ -134,7 +134,7 @@ def values_beside(record: DiagnosisRecord) -> list[str]:
 def values_of_rejected(record: DiagnosisRecord) -> str:
     """Unknowns of the model as given where it is rejected and nothing explains the data.
 
-    Without intervals, which a wrong model does not have.
+    They have no intervals, which do not exist for a wrong model.
     """
     if record.verdict != "unknown" or (record.location is not None and record.location.force is not None):
         return ""  # values beside what is unknown stand with the location

@@ -100,8 +100,8 @@ def _sentence(lines: Iterable[str]) -> str:
 def about_extension(record: DiagnosisRecord) -> list[str]:
     """Head of the file of the extended model.
 
-    Whether it is one of several that fit about as well and the measurement that would distinguish them, the data that
-    it was fitted to, and its effects with their sizes.
+    It states whether the model is one of several that fit about as well and the measurement that would distinguish
+    them, the data that it was fitted to, and its effects with their sizes.
     """
     if record.verdict == "located" and record.location is not None:
         return location_text.about_extension(record.location)

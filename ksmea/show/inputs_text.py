@@ -1,6 +1,6 @@
 """Numbers that are known to a tolerance, as sentences and a table.
 
-What the data say of them, and what they do to intervals.
+They state the evidence of the data on them, and their influence on intervals.
 """
 
 from __future__ import annotations

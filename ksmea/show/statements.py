@@ -39,7 +39,7 @@ def sentence(statement: StatementRecord, notation: Notation = PLAIN) -> str:
 def intervals(statement: StatementRecord, notation: Notation = PLAIN) -> str:
     """The half-widths of the intervals of its sizes: '± 0.0025 mil pp, ± 0.6°'.
 
-    Of an open one the end that is known.
+    Of an open interval it is the known end.
     """
     said = []
     for _, name, form, _ in Formatter().parse(statement.sentence):

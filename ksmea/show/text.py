@@ -74,7 +74,7 @@ def value_and_ends(value: float, low: float | None, high: float | None) -> tuple
 def rounded_alike(*values: float | None) -> list[str]:
     """A value and the ends of its interval, all of them with the same decimals.
 
-    What is not finite or none is '–'.
+    A value that is missing or not finite is '–'.
 
     - Both ends: as many decimals as show half the width to two digits.
     - One end: as many as show half the distance to it to two digits, but no more than give the larger one four digits.

@@ -27,7 +27,7 @@ from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, ma
 def fit_curves(case: Case, x: Array, noise: Noise | None) -> FitCurves:
     """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated.
 
-    Where only differences between runs count, what these show alike is added, at the measured speeds alone.
+    If only differences between runs count, their common part is added, at the measured speeds alone.
     """
     problem, measurement = case.problem, case.measurement
     fitted = problem.response(x[None])[0]

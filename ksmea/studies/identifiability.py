@@ -68,7 +68,7 @@ class IdentifiabilityOptions(Settings):
 def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | None = None) -> IdentifiabilityRecord:
     """CRLB of each unknown at a point from data on the problem's speeds and channels, and with other data.
 
-    Where the noise's level is not known, what it takes to estimate it is taken off.
+    If the noise level is not known, the information that its estimate takes is subtracted.
     """
     options = options or IdentifiabilityOptions()
     problem, x = point.problem, point.x

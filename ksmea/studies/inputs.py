@@ -1,6 +1,6 @@
 """Numbers that are known to a tolerance, as records.
 
-What a joint fit says of each, and what an unknown's uncertainty comes from.
+They have the result of a joint fit for each, and the origin of an unknown's uncertainty.
 """
 
 from __future__ import annotations

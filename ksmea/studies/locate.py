@@ -1,6 +1,6 @@
 """Location of what a model lacks as a record.
 
-At which sites an unknown force explains a measurement, and what it does.
+It has the sites at which an unknown force explains a measurement, and its action.
 """
 
 from __future__ import annotations

@@ -268,7 +268,7 @@ def _lag(measurement: Measurement) -> Reading:
 def _reversed(measurement: Measurement) -> Iterator[Reading]:
     """Probes that measure in the opposite direction: each one, both of a plane, or all of x or of y.
 
-    Where nobody knows where phases begin, the others reversed are the same.
+    If the phase origin is not known, the reversal of the others is equivalent.
     """
     channels = measurement.channels
     everyone = frozenset(range(len(channels)))

@@ -233,7 +233,7 @@ class _Present:
 def _speeds(present: _Present, options: PlanningOptions) -> Family | str:
     """Speeds to add for all present channels.
 
-    Without a plan, as many in the middle of equal parts of the band.
+    Unplanned speeds are as many in the middle of equal parts of the band.
     """
     if not options.add:
         return "no speeds are considered: study.add is 0"
@@ -254,7 +254,7 @@ def _speeds(present: _Present, options: PlanningOptions) -> Family | str:
 def _probes(present: _Present, options: PlanningOptions) -> Family | str:
     """Probes to add for all present speeds.
 
-    Without a plan, the whole run again, as much of it as the probes' data.
+    Unplanned data are the whole run again, as much of it as the probes' data.
     """
     problem = present.problem
     sites = problem.sites
@@ -318,7 +318,7 @@ def _trial_run(present: _Present, options: PlanningOptions) -> Family | str:
 def _numbers(present: _Present, options: PlanningOptions) -> Family | str:
     """Numbers known to a tolerance that are measured until they are as good as exact.
 
-    Without a plan, the run again.
+    Unplanned data are the run again.
     """
     if not options.numbers:
         return "no numbers are considered: study.numbers is 0"

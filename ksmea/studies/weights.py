@@ -160,7 +160,7 @@ def _vector(found: _Estimate, position: float, run: str, value: Array, slope: Ar
 def _unit(campaign: Campaign, position: float) -> WeightUnit:
     """Unit of weights in a plane.
 
-    As its file has it, at other positions the common unit of all planes, or g mm.
+    It is the unit of its file; at other positions the common unit of all planes, or g mm.
     """
     units = {plane.unit for plane in campaign.planes}
     own = (plane.unit for plane in campaign.planes if is_on(position, plane.position))
@@ -213,8 +213,8 @@ def _amplitudes(
 ) -> tuple[Array, Array]:
     """1X amplitudes (n_speed, n_channel), m, without weights, and expected with the corrections.
 
-    Of all excitation in the model other than unbalance, and of the difference between the true unbalance and the one
-    that was found.
+    They are of all excitation in the model other than unbalance, and of the difference between the true unbalance and
+    the identified one.
     """
     corrected = problem
     for position, size in unbalance.items():

@@ -31,7 +31,7 @@ TIMES = ("model", "surrogate", "search", "total")
 class MethodCase(Drawn):
     """A method made of its parts, and what is stated of it.
 
-    That it comes within `error` of each true value (parts of the width of the limits). `budget` is given to one that
+    It comes within `error` of each true value (parts of the width of the limits). `budget` is given to a method that
     has a setting of that name; it is more than the samples of its design.
     """
 

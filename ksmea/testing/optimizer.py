@@ -30,8 +30,8 @@ SLOWED = 5  # times as far from the minimum may a search end that points without
 class OptimizerCase(Drawn):
     """An optimiser, and what is stated of it.
 
-    That in `dim` dimensions it comes within `distance` of a sphere's minimum (unit cube) with `evaluations`, or fewer
-    if it ends by itself.
+    In `dim` dimensions it comes within `distance` of a sphere's minimum (unit cube) with `evaluations`, or fewer if it
+    ends by itself.
     """
 
     contract: ClassVar = Optimizer

@@ -113,7 +113,7 @@ def predicts_in_shape(case: SurrogateCase) -> None:
 def tells_its_error_in_shape(case: SurrogateCase) -> None:
     """Leave-one-out errors are one number for each output, none below 0.
 
-    Or None, and the prediction counts as exact.
+    They may also be None, and the prediction counts as exact.
     """
     q, errors = case.outputs.shape[1], case.fitted.leave_one_out()
     if errors is not None:

@@ -152,7 +152,7 @@ class Span(Element):
 class Words(Element):
     """A text at a point, moved by `offset` (points, right and up).
 
-    With a leader to the point where that is `has_leader`.
+    A leader to the point is drawn if `has_leader`.
     """
 
     x: float

@@ -108,7 +108,7 @@ def height(chart: Chart) -> int:
 def _is_chosen(chart: Chart) -> bool:
     """Whether one stack is seen at a time; they must have the same axes.
 
-    In space, each takes much of a browser.
+    Spatial charts take much of a browser.
     """
     axes = {tuple((panel.x.label, panel.y.label) for panel in stack) for stack in chart.stacks}
     few = 1 if any(panel.z is not None for panel in chart.panels) else FEW

@@ -33,8 +33,8 @@ MOST_NUMBERS = 12  # in a panel, the best ones
 def planning_chart(found: Mapping[str, PlanningRecord], title: str = "") -> Chart:
     """Reduction of the CRLB by each candidate alone.
 
-    Of a target that is not known yet, the CRLB with that candidate. A stack of panels for each plan, below the name of
-    its cell.
+    If a target is not known yet, its CRLB with that candidate is shown. There is a stack of panels for each plan, below
+    the name of its cell.
     """
     stacks = tuple(tuple(_panels(record, name)) or (Panel((), title=name),) for name, record in found.items())
     across = min(len(stacks), ACROSS)

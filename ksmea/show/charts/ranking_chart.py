@@ -54,7 +54,7 @@ def best_trials(record: DiagnosisRecord) -> list[TrialRecord]:
 def standing(record: DiagnosisRecord, effect: str) -> str:
     """Whether an effect is named, explains the data about as well, or is one of the others.
 
-    With a misfit that is large enough, nearly every effect lowers the deviance significantly.
+    If the misfit is large enough, nearly every effect lowers the deviance significantly.
     """
     if effect in record.named:
         return NAMED

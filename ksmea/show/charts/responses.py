@@ -43,9 +43,9 @@ class ModelCurve:
 class Response:
     """Data (n_speed, n_channel) µm over speed (n_speed,) rpm; amplitudes alone where `has_phase` is False.
 
-    By the name of each model: its curve, its response at the measured speeds, and residuals in units of the noise by
-    their part. `breaks` are where the measured speeds of a further run begin. `sd` (µm) is that along the amplitude,
-    `averaged` are both ends (n_speed, n_channel) µm of what averaged models predict.
+    By the name of each model it has its curve, its response at the measured speeds, and residuals in units of the noise
+    by their part. `breaks` are the starts of the measured speeds of a further run. `sd` (µm) is along the amplitude,
+    `averaged` are both ends (n_speed, n_channel) µm of the prediction of averaged models.
     """
 
     speed: Array
@@ -175,7 +175,7 @@ def _averaged(curves: CurvesRecord) -> tuple[Array, Array] | None:
 def residuals_of_fit(fit: FitCurves, index: int) -> list[Array]:
     """Measured minus fitted in units of the noise, (n_speed,): of amplitudes one.
 
-    Of complex data the components along the fitted response and at right angles to it, whose standard deviations are
+    Complex data have the components along the fitted response and at right angles to it, whose standard deviations are
     both 1.
     """
     sd, measured, fitted = (as_array(each)[:, index] for each in (fit.sd, fit.measured.amplitude, fit.fitted.amplitude))

@@ -159,7 +159,7 @@ class _Scaled:
     def numbers(self) -> Iterator[Element]:
         """Numbers of disks, bearings and seals in a row each, below a crowded rotor.
 
-        Those without room are left out.
+        Numbers without room are left out.
         """
         if not self.is_crowded:
             return

@@ -161,7 +161,7 @@ def speed_map_chart(found: Rotordynamics) -> Chart:
 def stiffnesses_of_model(drawn: CriticalSpeedMap, near: float = NEAR_STIFFNESS) -> list[tuple[list[float], str]]:
     """The model's own stiffnesses within the axis, rising, MN/m, with their names.
 
-    Those closer than `near`, of the axis, share one text.
+    Stiffnesses closer than `near`, of the axis, share one text.
     """
     first, last = drawn.stiffness[0], drawn.stiffness[-1]
     groups: list[list[tuple[float, str]]] = []
