@@ -1,6 +1,6 @@
 """Plain files of plugins that a command names.
 
-On the command line, and in the configuration files that it chooses.
+They stand on the command line, and in the configuration files that it chooses.
 
 They are looked for before anything is composed, as only what is registered can be composed.
 """

@@ -1,6 +1,6 @@
 """A first look at the words of an experiment.
 
-What is certainly wrong is refused before anything large is loaded.
+Certain errors are rejected before anything large is loaded.
 
 Names, and plain values of settings, are held against listings alone. Whatever these cannot tell is left to what comes after,
 which composes the configuration and makes the plugins.

@@ -94,9 +94,9 @@ def verify(words: list[str]) -> int:
 
 
 def _study_differences(plan: Plan, options: dict[str, Any], tolerance: float) -> list[Difference]:
-    """Numbers and words of the tables that are made of a study's records, but for times.
+    """Differences of numbers and words of a study's tables, but for times.
 
-    Of its runs, and where all of them are computed again of the table too.
+    They are the tables of its runs, and also the experiment's table if all runs are computed again.
     """
     name = plan.name
     were = {file: pd.read_csv(REFERENCE / file, comment="#") for file in (f"{name}.csv", f"{name}.runs.csv")}

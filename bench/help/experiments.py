@@ -1,6 +1,6 @@
 """Help on an experiment from its file.
 
-What it answers, what it sets, its grid, what it costs, and which files it makes.
+It states the question, the settings, the grid, the cost and the files of the experiment.
 """
 
 from __future__ import annotations

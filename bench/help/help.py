@@ -64,8 +64,8 @@ def start_text() -> str:
 def help_text(words: list[str]) -> str:
     """Help on everything, or on whatever has one of the names.
 
-    With plugins=[my_optimizer.py] on plugins of plain files too, with --config-dir DIR on experiments there, with
-    problem=NAME the limits of effects on that problem.
+    plugins=[my_optimizer.py] adds plugins of plain files, --config-dir DIR experiments there, and problem=NAME limits
+    of effects on that problem.
     """
     refused: list[str] = []
     if any(_is_of_plugins(word) for word in words):
@@ -98,7 +98,7 @@ def _first_page(experiments: list[str]) -> str:
 def _from_outside() -> str:
     """The plugins that are not this project's.
 
-    Where each comes from, and why it cannot be chosen where it cannot.
+    The help states where each comes from, or why it cannot be chosen.
     """
     lines = []
     for group in (*GROUPS, *FURTHER):

@@ -121,7 +121,7 @@ def ending(line: RunLine | None) -> tuple[str, str]:
 def line_text(line: Line, content: Mapping[str, Any] | None = None) -> bytes:
     """A line as its file has it; `content` stands in the place of status and error.
 
-    What is not finite becomes null.
+    Values that are not finite become null.
     """
     data: dict[str, Any] = msgspec.to_builtins(line)
     for name in ("raw", "body"):

@@ -38,7 +38,7 @@ class Twice(NamedTuple):
 def merge_records(parts: Sequence[Part], output: Path) -> None:
     """Write the lines of all parts.
 
-    Of a run that an earlier part has done, later ones' lines are left out; so are lines that an earlier part has too.
+    Lines of a run that an earlier part has done are left out, and so are lines that an earlier part has too.
     """
     numbers = count()
     done: set[str] = set()

@@ -1,6 +1,6 @@
 """The runs of an experiment offered to jobs.
 
-What they still have to do, and their overrides, which a launcher passes on.
+These are the runs that are still to do, with their overrides, which a launcher passes on.
 """
 
 from __future__ import annotations

@@ -193,7 +193,7 @@ def _worker_for(
 ) -> _Worker[Task]:
     """An idle worker that has run these plugins from outside, or none; else a new one.
 
-    As many may be idle as work.
+    At most as many workers are idle as work.
     """
     idle = [worker for worker in pool if not worker.is_busy()]
     fitting = [worker for worker in idle if worker.outside in (outside, "")]
@@ -235,8 +235,8 @@ def _start_server() -> None:
 def _nothing_to_take_over() -> Iterator[None]:
     """Context in which a started process takes over nothing of this one but its paths.
 
-    Else it would import the caller's main module, which begins a script without a main guard again, and take over the
-    caller's way of starting processes, which it need not know (joblib's workers have one of their own).
+    Otherwise it would import the caller's main module, which begins a script without a main guard again, and take over
+    the caller's way of starting processes, which it need not know (joblib's workers have one of their own).
     """
     main, method = sys.modules["__main__"], multiprocessing.get_start_method(allow_none=True)
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ASKING)  # by the server that forks workers, too

@@ -36,7 +36,7 @@ def counted_processors(known: Mapping[str, str], plan: Plan) -> Counter[str]:
 def mixed_processors(counts: Counter[str]) -> str:
     """One line where the results of the planned runs were computed on several kinds of processors.
 
-    Else empty.
+    Otherwise empty.
     """
     if len(counts) < 2:
         return ""

@@ -159,7 +159,7 @@ def _is_loaded(cell: Cell) -> bool:
 def running_sessions(output: Path) -> set[str]:
     """The sessions that still write.
 
-    Of each record file whose lock is held, or whose job is at work, the last.
+    They are the last session of each record file whose lock is held, or whose job is at work.
     """
     sessions = set()
     at_work = {record_file(output, number) for number in numbers_at_work(output)}
@@ -245,7 +245,7 @@ def last_began(output: Path) -> str:
 def read_lines(output: Path, damaged: Counter[Path] | None = None) -> Iterator[Line]:
     """All lines of all record files.
 
-    What is not a record is passed over, and counted by file where `damaged` is given.
+    Lines that are not records are ignored, and counted by file if `damaged` is given.
     """
     for path in sorted((output / FOLDER).glob("*.jsonl")):
         yield from _lines_of(path, damaged)

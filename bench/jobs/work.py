@@ -101,7 +101,7 @@ def looked_around(queue: _Queue, bar: Progress) -> Callable[[], None]:
 class _Queue:
     """The runs that this job has claimed and not started.
 
-    What it holds at the end of the context is free again.
+    Runs that it holds at the end of the context are free again.
     """
 
     def __init__(self, plan: Plan, job: Job, claims: Claims, presence: Presence, n_worker: int, n_per_run: int) -> None:

@@ -53,7 +53,7 @@ class Composer:
     def outline(self) -> DictConfig:
         """The experiment without the settings that the command line gives plugins.
 
-        What it includes, its grid and the plugins where the grid names none.
+        It has the included files, the grid, and the plugins if the grid names none.
         """
         return self._compositions.of(choice.word for choice in self._fixed if not _of_plugin(choice))
 
@@ -72,8 +72,8 @@ class Composer:
     def own(self, points: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         """The points, each once, as a configuration knows them.
 
-        With the settings that plugins chosen there have. One that names its plugin says more than one that does not,
-        and the command line more than the grid.
+        They have the settings of the plugins chosen there. A setting that names its plugin takes precedence over one
+        that does not, and the command line over the grid.
         """
         return each_once(self._own(point) for point in points)
 

@@ -156,7 +156,7 @@ def _files(owner: Distribution, package: str | None = None) -> dict[str, Path]:
 def _packages(owner: Distribution) -> list[str]:
     """Top-level packages of a distribution.
 
-    As its files have them, else as it lists them or its entry points name them.
+    They are taken from its files, else from its own list or its entry points.
     """
     names = [
         PurePosixPath(name).parts[0].removesuffix(".py") for name in _installed_files(owner) if name.endswith(".py")

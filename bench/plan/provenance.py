@@ -163,7 +163,7 @@ def library_versions() -> dict[str, str]:
 def platform_name() -> str:
     """Kind of processor and kernels of the linear algebra here, for example 'x86_64 SkylakeX'.
 
-    What rounding depends on.
+    Rounding depends on it.
     """
     kernels = sorted({str(pool.get("architecture", "?")) for pool in threadpool_info() if pool["user_api"] == "blas"})
     return " ".join([platform.machine(), *kernels])

@@ -156,7 +156,7 @@ def fingerprints(plugins: Mapping[str, Any]) -> dict[str, str]:
 def plugins_of(settings: Mapping[str, Any]) -> dict[str, Any]:
     """The plugins that a run's settings name, their settings checked, the method made of its parts.
 
-    What is ignored is None.
+    Ignored parts are None.
     """
     settings = {"study": {"name": "identify"}, **settings}  # records older than studies name none
     plugins: dict[str, Any] = {}

@@ -37,8 +37,8 @@ DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
 def collect(output: Path, redraw: bool = True) -> int:
     """Write and print what the records of an experiment say.
 
-    0 where every planned run has a result, else 1, as where its report cannot be made: what was written before then
-    stays.
+    Returns 0 if every planned run has a result, else 1, also if its report cannot be made: files written before then
+    stay.
 
     Without `redraw`, figures and page that were drawn from the same tables by the same code are left as they are.
     """

@@ -160,7 +160,7 @@ def _maximum_near(x: Array, case: Case) -> Point | None:
 def _judged(trace: TraceRecord, setup: Setup, near: Point | None, case: Case) -> TraceRecord:
     """A trace compared with the true values and the maximum near them.
 
-    For data without noise, with the true values alone.
+    Data without noise are compared with the true values alone.
     """
     true, parameters = setup.true_x, case.problem.parameters
     best = true if near is None else parameters.to_si(near.theta[: len(true)])

@@ -187,7 +187,7 @@ def unknowns_table(comparison: Comparison) -> pd.DataFrame:
 def _settings_text(comparison: Comparison) -> list[str]:
     """Settings that both have and that differ.
 
-    Of the others, which belong to different studies or plugins, how many.
+    Other settings, of different studies or plugins, are counted.
     """
     table = comparison.settings
     is_of_both = (table["a"] != ABSENT) & (table["b"] != ABSENT)

@@ -206,7 +206,7 @@ def _charged(runs: pd.DataFrame) -> pd.DataFrame:
 def _reached(runs: pd.DataFrame, traces: Mapping[str, Traced]) -> tuple[dict[str, Array], dict[str, Array]]:
     """Cost, and seconds of the method's own, of each run until each target, by measure.
 
-    Without a trace, or without the target, an infinite cost and all its own seconds.
+    A run without a trace, or without the target, has an infinite cost and all its own seconds.
     """
     per_cost = (runs["model_seconds"] / runs["cost"].where(runs["cost"] > 0)).fillna(0.0).to_numpy()
     own = (runs["seconds"] - runs["model_seconds"]).to_numpy()

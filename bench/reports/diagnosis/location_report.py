@@ -1,6 +1,6 @@
 """A location in plain sentences, as `location.json`, as the extended model's file and as a figure.
 
-Of several runs, how much of the shaft was accepted.
+For several runs it states how much of the shaft was accepted.
 """
 
 from __future__ import annotations

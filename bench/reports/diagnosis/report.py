@@ -1,6 +1,6 @@
 """A diagnosis in plain sentences, as `diagnosis.json`, as the extended model's file and as figures.
 
-Of several runs, how often each verdict was reached and whether what was hidden was found.
+For several runs it states how often each verdict was reached and whether hidden effects were found.
 """
 
 from __future__ import annotations
@@ -186,7 +186,7 @@ def _found(record: DiagnosisRecord) -> dict[str, Any]:
 def found_name(hidden: str, location: str, names: Container[str]) -> str:
     """The name in the extended model of an unknown that is hidden at a location.
 
-    Of an effect at two places it depends on which one was found first.
+    For an effect at two places it depends on which one was found first.
     """
     own = hidden.removesuffix(name_at("", location))
     return at_place if (at_place := name_at(own, location)) in names else own

@@ -143,7 +143,7 @@ def short(axis: str) -> str:
 def _scores(plan: Plan, runs: pd.DataFrame) -> tuple[pd.Series, str]:
     """The rms error of each run over its unknowns.
 
-    In σ of the Cramér–Rao bound, or in per cent where a cell has no bound.
+    They are in σ of the Cramér–Rao bound, or in per cent if a cell has no bound.
     """
     has_bound = all(facts.crlb for cell in plan.cells for facts in cell.parameters if facts.truth)
     found = pd.Series(np.nan, index=runs.index)

@@ -1,6 +1,6 @@
 """Sections on one identification.
 
-What was found in words, unknowns with intervals, response, and how the search went.
+They have the findings in words, unknowns with intervals, response, and course of the search.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def identification_page(
 def headline(record: IdentificationRecord) -> str:
     """Whether the model explains the data, in a line.
 
-    Of what was not tested, how many unknowns have an interval.
+    If that was not tested, it is the number of unknowns with an interval.
     """
     if record.lack_of_fit is not None:
         said = fit_verdict(record.lack_of_fit)

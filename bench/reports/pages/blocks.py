@@ -173,7 +173,7 @@ def plain(value: Any) -> Any:
 def inert(figure: Any) -> Any:
     """A figure whose texts do nothing: plotly takes markup in them, of which only what breaks lines stays.
 
-    What traces are chosen by (`meta`) is not shown, and stays as it is.
+    The key that chooses traces (`meta`) is not shown, and stays as it is.
 
     >>> inert({"name": "<a href='x'>a</a><br>b & c", "meta": {"channel": "<x>"}})
     {'name': "&lt;a href='x'>a&lt;/a><br>b &amp; c", 'meta': {'channel': '<x>'}}

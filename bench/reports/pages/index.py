@@ -1,6 +1,6 @@
 """The page over all results of a folder.
 
-What each is, when it was made, what was found, and how many runs failed or have not ended.
+It has the kind, date and finding of each result, and how many runs failed or have not ended.
 
 It is made of the beginnings of the pages themselves, so that it costs next to nothing to write it again.
 """
