@@ -69,7 +69,7 @@ HAS_NO_SLOW_ROLL = re.compile(rf"^\s*#\s*{SUBTRACTED}", re.MULTILINE)
 class File(Answers, MeasurementSource):
     """A measured run-up, coast-down or set of steady speeds from a file, amplitudes with or without phase.
 
-    Where phases were measured, the unbalance's angle is one more unknown: the origin of measured phases is arbitrary.
+    If phases were measured, the unbalance's angle is one more unknown: the origin of measured phases is arbitrary.
     """
 
     incomplete: str = setting(

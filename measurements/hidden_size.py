@@ -119,7 +119,7 @@ def _left_by_fit(
 def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, observable: Observable) -> Array:
     """Rms change of the response by an effect, relative to the rms response without it, (n,).
 
-    For values (n, d + e) SI of an extended problem and x (d,) of the problem without the effect.
+    It is for values (n, d + e) SI of an extended problem and x (d,) of the problem without the effect.
     """
     without = observable.seen(problem.response(x[None])[0])
     changed = observable.seen(extended.response(sets)) - without
@@ -139,7 +139,7 @@ def _largest_factor(theta: Array, parameters: tuple[Parameter, ...]) -> float:
 def _largest_stable(is_stable: Callable[[float], bool], largest: float) -> float:
     """The largest factor with which the rotor is stable, or one where it becomes unstable.
 
-    0 where none is found.
+    It is 0 if none is found.
     """
     if is_stable(largest):
         return largest

@@ -92,9 +92,9 @@ def run_up(
 def _by_speed(
     rows: Rows, used: Sequence[int], path: str, repeats: bool
 ) -> tuple[dict[ChannelCells, int], dict[tuple[float, int], dict[ChannelCells, int]]]:
-    """The first line of each channel.
+    """First line of each channel, and its rows by speed and repeat.
 
-    And the row of each channel by speed and by how many times it was measured there before.
+    The repeat is how many times the channel was measured there before.
     """
     first_lines: dict[ChannelCells, int] = {}
     by_speed: dict[tuple[float, int], dict[ChannelCells, int]] = {}

@@ -1,6 +1,6 @@
 """Machines of five kinds, drawn from ranges, on which a diagnosis is counted.
 
-As strangers have them, not the rotor it was built on.
+They are machines of others, not the rotor that the diagnosis was built on.
 
 Between bearings, with one overhung disk, with a disk on either overhang, a small rig with a flexible shaft, and a long shaft with many
 disks and two critical speeds in its band. Bearings of one kind, of each its own, or of one alone are unknown, of two or three bearings;

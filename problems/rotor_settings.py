@@ -94,7 +94,7 @@ MAX_RECEPTANCES = (
 def check_size(n_element: int, n_speed: int) -> None:
     """Raise `SettingError` if a model with so many elements and speeds is larger than any use of it.
 
-    By the banded route, whose cost is proportional to both.
+    The limit is for the banded route, whose cost is proportional to both.
     """
     if n_element > MAX_ELEMENTS:
         raise SettingError(f"mesh: expected at most {MAX_ELEMENTS} elements in all, got {n_element}; take fewer")

@@ -108,8 +108,8 @@ def columns_question(
 ) -> OpenQuestion:
     """The question what columns hold, with suggestions by the headings.
 
-    By the first of the lines that suggest anything, or else the `placeholders`. With `is_plain` the file has no
-    headings, and columns have numbers.
+    They are from the first of the lines that suggest anything, or else the `placeholders`. With `is_plain` the file has
+    no headings, and columns have numbers.
     """
     if is_plain:
         numbered = tuple(each.replace("HEADING", "#NUMBER") for each in placeholders)

@@ -76,8 +76,8 @@ class AnnularSeal(SeatedEffect):
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         """Each seal that the rotor states.
 
-        Else each disk that is at no bearing, as impellers and pistons have seals; without any, half way between the
-        outer bearings.
+        Without seals it is each disk that is at no bearing, as impellers and pistons have seals; without any, the point
+        half way between the outer bearings.
         """
         return _gaps(problem.rotor)
 

@@ -136,7 +136,7 @@ class CouplingMisalignment(PlacedEffect):
 def free_ends(rotor: Rotor) -> tuple[float, ...]:
     """Ends of the shaft (m), at the outer bearings or beyond, where half a coupling finds room.
 
-    Without a disk within a diameter.
+    All disks are more than a diameter away.
     """
     parts = [part.position for part in (*rotor.disks, *rotor.masses)]
     return tuple(

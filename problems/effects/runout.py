@@ -90,7 +90,7 @@ class Runout(PlacedEffect):
     def locations(self, problem: RotorProblem) -> Sequence[Runout]:
         """Circle at each plane.
 
-        On a machine as drawn also a vector for each probe of a plane with several, and for all probes.
+        A machine as drawn also has a vector for each probe of a plane with several, and for all probes.
         """
         found = planes(problem)
         circles = self.at_each(found)

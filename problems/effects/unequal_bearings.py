@@ -117,7 +117,7 @@ def _width(size: SizeRecord) -> float:
 def _possible(shared: set[str]) -> list[str]:
     """Changes of the coefficients that a bearing shares with others or has as known.
 
-    Of damping alone if no other can differ.
+    They are changes of damping alone if nothing else can differ.
     """
     found = [changes for changes, parts in CHANGES.items() if shared.issuperset(parts)]
     return [changes for changes in found if changes != DAMPING or len(found) == 1]

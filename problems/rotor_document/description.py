@@ -185,7 +185,7 @@ def _housing_probes(
 ) -> tuple[HousingProbe, ...]:
     """Probes that say `relative_to: bearing 1`.
 
-    Where all at a place are relative to one bearing, others in a measurement are too.
+    If all at a place are relative to one bearing, others in a measurement are too.
     """
     found = []
     bearings = [_bearing_of(block, of_bearings) for block in blocks]

@@ -98,7 +98,7 @@ def read_shaft(
 def _refuse_soft(shafts: Sequence[ShaftSegment], materials: Mapping[str, Material], named: Block) -> None:
     """Raise `SettingError` if a material is too soft, but for sleeves.
 
-    In segments that another material makes stiff.
+    Sleeves are in segments that another material makes stiff.
     """
     for name, material in materials.items():
         if material.young_modulus >= LEAST_MODULUS:

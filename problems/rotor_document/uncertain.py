@@ -1,6 +1,6 @@
 """Numbers of a rotor file that are not exact, as unknowns of its rotor.
 
-What each sets, its unit, its name for people.
+They have the quantity that each sets, its unit, and its name for people.
 
 With limits a number is unknown and searched; with a standard deviation alone it is known to a tolerance
 (`problems/rotor/inputs/uncertain.py`).
@@ -101,8 +101,8 @@ OF_TOLERANCES = {"probe_position": "length", "direction": "angle"}
 class Inexact:
     """Unknowns that the numbers of a file make.
 
-    Of bearings and unbalance, of the rotor and of its probes, to be searched; and numbers that are known to a
-    tolerance.
+    They are unknowns of bearings and unbalance, of the rotor and of its probes, to be searched; and numbers that are
+    known to a tolerance.
     """
 
     unknowns: tuple[Unknown, ...] = ()

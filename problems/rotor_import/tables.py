@@ -76,7 +76,7 @@ Place = float | Station  # m, or the station that lies there
 class Sheets:
     """The tables of a rotor, `file.csv` or `book.xlsx#sheet` each.
 
-    Of bearings and seals with their places.
+    Tables of bearings and seals have places.
     """
 
     shaft: str

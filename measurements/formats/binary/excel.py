@@ -37,7 +37,7 @@ def read_excel(content: bytes, path: str, sheet: str, headings: Sequence[str], m
 def first_rows(content: bytes, path: str, sheet: str, guess: Guess) -> list[list[str]]:
     """The first rows of a sheet, in which headings are looked for.
 
-    Where several sheets are there and none is named, `guess`, of what columns hold, suggests one in the question.
+    If several sheets are there and none is named, `guess`, a guess of the columns, suggests one in the question.
     """
     with _book(content, path) as book:
         return [_texts(cells) for _, cells in islice(_rows(book, _chosen(book, sheet, path, (), guess)), MOST_LINES)]
@@ -105,7 +105,7 @@ def _chosen(book: Any, sheet: str, path: str, headings: Sequence[str], guess: Gu
 def _which_sheet(book: Any, names: list[str], path: str, headings: Sequence[str], guess: Guess) -> OpenQuestion:
     """The question which sheet is read.
 
-    Where just one looks like a table of vibration, that is suggested, and of several the first lets the rest be asked.
+    If just one looks like a table of vibration, it is suggested; otherwise the first of several lets the rest be asked.
     """
     fitting = [name for name in names if _fits(book, name, headings, guess)]
     said = f"{path}: expected one sheet, got {shortened(', '.join(names), 200)}; give sheet=NAME"

@@ -164,7 +164,7 @@ def _is_cells(value: Any) -> bool:
 def _of_cells(name: str, cells: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
     """The columns of a cell array.
 
-    Of cells with a vector each, or of rows of numbers, headed by texts or not.
+    Cells hold a vector each, or rows of numbers, headed by texts or not.
     """
     numbers = [_numbers(each) for each in cells.reshape(-1)]
     if 1 in cells.shape and all(each is not None and len(each) > 1 for each in numbers):

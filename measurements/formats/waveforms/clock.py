@@ -74,7 +74,7 @@ def _even(time: Array) -> Array | None:
 def _last_place(time: Array) -> float:
     """Rounding unit of times: the last decimal that any of them has, or the spacing of single precision.
 
-    0 if neither.
+    It is 0 if neither is known.
     """
     for decimals in range(MOST_DECIMALS + 1):
         scaled = time * 10.0**decimals

@@ -105,7 +105,7 @@ def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, 
 def _distinct(speed: Array) -> Array:
     """Speeds (n,) of which none is equal to another.
 
-    Of pulses that fall on samples, some coincide in all digits by chance.
+    Some pulses that fall on samples coincide in all digits by chance.
     """
     order = np.argsort(speed, kind="stable")
     number = np.arange(len(speed))

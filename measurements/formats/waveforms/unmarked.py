@@ -1,6 +1,6 @@
 """Turns of a shaft without a keyphasor.
 
-From a column of its speed, from one constant speed, or from the vibration itself.
+They come from a column of its speed, from one constant speed, or from the vibration itself.
 
 Without a mark nothing says where a turn begins: the turns give amplitudes, and phases only of one window to the next.
 

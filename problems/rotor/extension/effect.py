@@ -130,7 +130,7 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
             plain: rotor without effects.
             effects: all effects.
             near: motion (n_speed, n_order, n_unit), m, of the sites of nonlinear forces next to which the steady-state response is
-                sought. Default: that of a slow run.
+                sought. Default: the response of a slow run.
         """
         return ExtendedPhysics(plain, effects, near)
 

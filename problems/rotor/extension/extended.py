@@ -85,7 +85,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
     def response_next_to(self, x: Array, points: Array) -> ComplexArray:
         """Response (n, n_speed, n_channel), m, at points (n, d) SI.
 
-        Of several steady-state responses the one next to the response at x (d,).
+        If several steady-state responses exist, it is the one next to the response at x (d,).
         """
         if self._is_nonlinear and tuple(x) not in self._site_motions:
             self.response(x[None])

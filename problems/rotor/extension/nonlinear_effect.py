@@ -1,6 +1,6 @@
 """Base of effects whose force depends on the motion otherwise than linearly.
 
-As the speed goes, and at which harmonics.
+It depends on the direction of the speed, and on harmonics.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ class NonlinearEffect(RotorEffect):
     def seen_in(self, measurement: Measurement) -> Self | None:
         """Effect with the direction of the run, if more than one run at 1X was measured.
 
-        What is not linear shows at other harmonics, with other unbalance, and as the speed goes the other way. In a
-        single run linear effects do the same, and balancing harmonics costs a hundred times as much as they do.
+        Nonlinear forces show at other harmonics, with other unbalance, and in the other direction of the speed. In a
+        single run linear effects do as much, and balancing harmonics costs a hundred times as much as they do.
         """
         campaign, history = measurement.campaign, measurement.history
         if all(channel.is_1x for channel in measurement.channels) and (campaign is None or len(campaign.runs) < 2):

@@ -87,7 +87,7 @@ def with_nonlinear_forces(
 def _begins(motion: ComplexArray) -> ComplexArray:
     """e^{iφ} of the largest coordinate of a motion (n, n_speed, m).
 
-    From there on orbits are sampled, so that what a force does is the same wherever phases begin.
+    Orbits are sampled from there on, so that forces do not depend on the phase origin.
     """
     largest = np.take_along_axis(motion, np.argmax(np.abs(motion), axis=-1)[..., None], axis=-1)[..., 0]
     return np.asarray(np.exp(1j * np.angle(largest)))

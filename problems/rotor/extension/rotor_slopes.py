@@ -179,7 +179,7 @@ def _read_change(shaft: WholeShaft, x: Array, unknown: int, motion: ComplexArray
 def _slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
     """∂/∂x of the matrices with one unknown.
 
-    What depends on no other value that has changed is known already.
+    Parts that depend on no other changed value are known already.
     """
     others = np.where(problem.of_probes, 0.0, x)[problem.costly]
     if problem.linear[unknown]:

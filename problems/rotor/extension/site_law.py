@@ -1,6 +1,6 @@
 """Forces on a rotor that follow a law at a site.
 
-What they make of its motion, of its impedances and of its free motions.
+They change its motion, its impedances and its free vibrations.
 
 With Q the motion without a force f and G that per unit of it, q = Q + G f, and f is what its law makes of q
 (`ksmea.nonlinear.laws`). Forces by laws that are linear in the motion enter one after the other: each changes what the following ones

@@ -31,7 +31,7 @@ AGAINST_SPIN = np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
 class Matrices:
     """Matrices of a rotor, each (n_dof, n_dof).
 
-    What turns with the shaft and what stands on the ground together.
+    They hold the turning and the standing parts together.
     """
 
     mass: Array

@@ -162,7 +162,7 @@ def _coupling_matrices(coupling: CouplingSegment) -> ElementMatrices:
 def segment_damping(element: Element) -> Array:
     """Damping of an element on the ground, (8, 8) N s/m.
 
-    Of a coupling, or in proportion to the mass and stiffness of a shaft.
+    It is of a coupling, or in proportion to the mass and stiffness of a shaft.
     """
     if isinstance(element.segment, CouplingSegment):
         dampers = np.diag([*element.segment.damping, *element.segment.angular_damping])

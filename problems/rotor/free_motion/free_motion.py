@@ -194,8 +194,8 @@ class FreeMotion(FreeRotor):
     def _pencils(self, speed: Array, damping: float) -> Array | list[Pencil]:
         """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground.
 
-        On supports two matrices for each speed. `damping` is the part of all damping, and of the part of stiffness that
-        is not symmetric.
+        A rotor on supports has two matrices for each speed. `damping` is the part of all damping, and of the part of
+        stiffness that is not symmetric.
         """
         low, held = self.low_at(speed), self.held_at(speed)
         if damping == 1.0:

@@ -193,7 +193,7 @@ def _less_damped(pedestal: Pedestal, part: float) -> Pedestal:
 def growth_rate(low: LowModes, held: Held) -> Array:
     """The largest real part of any eigenvalue of these modes, (n_speed,) 1/s, at each spin speed.
 
-    0 where a motion neither grows nor decays.
+    It is 0 if a motion neither grows nor decays.
     """
     pencils = pencils_of(low, held)
     if not isinstance(pencils, list):
@@ -205,7 +205,7 @@ def growth_rate(low: LowModes, held: Held) -> Array:
 def pencils_of(low: LowModes, held: Held) -> Array | list[Pencil]:
     """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground.
 
-    On supports two matrices for each speed.
+    A rotor on supports has two matrices for each speed.
     """
     own, spin = low.matrices, held.speed[:, None, None]
     stiffness, damping = own.stiffness + spin * own.circulatory, own.damping + spin * own.gyroscopic

@@ -36,8 +36,8 @@ NOMINAL_PHASE = np.exp(0.25j * np.pi)
 class Impedance:
     """Impedance of a bearing or its pedestal from motion in direction `column` to force in `row`.
 
-    0 is x, 1 is y. Its ports belong to its `link`; −1: links are numbered as bearings are. `moved` is the link that
-    moves, if another one, by way of a common support.
+    Directions are 0 for x and 1 for y. Its ports belong to its `link`; −1: links are numbered as bearings are. `moved`
+    is the link that moves, if another one, by way of a common support.
     """
 
     bearing: int  # index in `Rotor.supported`

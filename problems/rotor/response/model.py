@@ -133,8 +133,8 @@ def finite(values: ComplexArray) -> ComplexArray:
 def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown], *, of_all_bearings: bool = False) -> tuple[Impedance, ...]:
     """Impedances that may differ from nominal.
 
-    Of each bearing, seal or pedestal of which a number is unknown, or of all bearings and of these seals and pedestals,
-    all direct impedances and those cross-coupled ones that are given or unknown.
+    They are of each bearing, seal or pedestal of which a number is unknown, or of all bearings and of these seals and
+    pedestals: all direct impedances and the given or unknown cross-coupled ones.
     """
     targets = [target for item in unknowns for target in item.targets]
     unknown = [

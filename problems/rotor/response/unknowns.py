@@ -370,8 +370,8 @@ def _has_column(bearing: Bearing, target: BearingTarget) -> bool:
 def unknown_impedances(unknowns: Sequence[Unknown]) -> tuple[UnknownImpedance, ...]:
     """Parts of the dynamic stiffness that unknowns set, linear in them.
 
-    For entries of bearings that share their unknown stiffness, damping and mass, and for each factor of a table and
-    each number of a pedestal by itself, with the rank of what it scales.
+    There is one for entries of bearings that share their unknown stiffness, damping and mass, and one for each factor
+    of a table and each number of a pedestal, with the rank of its part.
     """
     entries: dict[tuple[int, int], list[str]] = defaultdict(
         lambda: ["", "", ""]
