@@ -1,6 +1,6 @@
 """Rows of a CSV file that are computed in processes, each as soon as it is done.
 
-Those that the file has already are not again.
+Rows that the file has already are not computed again.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Contribution of a rotor model to the weight campaign of the RK-4 rig.
 
-From one speed to the other, and from three trial runs.
+It predicts from one speed to the other, and from three trial runs.
 
     python docs/examples/rk4_rotor.py features.csv
 

@@ -1,6 +1,6 @@
 """The optimiser several times on the true model.
 
-What ends in one of several basins ends in the best of those it met.
+A search that ends in one of several basins ends in the best of the basins it met.
 """
 
 from dataclasses import dataclass, replace

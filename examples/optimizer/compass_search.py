@@ -11,7 +11,7 @@ from ksmea import Minimum, Objective, Optimizer, setting
 class CompassSearch(Optimizer):
     """Compass search: from a random point to the best of its neighbours along the axes.
 
-    Where none is better, the step is halved.
+    If none is better, the step is halved.
     """
 
     first_step: float = setting(0.25, "first step, of the range of each unknown", above=0, at_most=1)

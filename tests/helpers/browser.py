@@ -1,6 +1,6 @@
 """Pages in a headless Chromium.
 
-What it says on its console, what it asks of the network, and how wide a page is.
+It reads their console, their requests to the network, and the width of a page.
 """
 
 import json

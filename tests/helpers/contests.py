@@ -12,7 +12,7 @@ LEAST = 100.0  # misfit at the maximum nearest to the truth
 def contest_plan(methods, instances, repetitions=2, budget=100, report="contest"):
     """A cell for each method (a label) and instance.
 
-    (family, number of unknowns, further settings of the problem).
+    An instance is (family, number of unknowns, further settings of the problem).
     """
     cells = []
     for number, (family, d, *further) in enumerate(instances):

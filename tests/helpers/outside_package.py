@@ -38,7 +38,7 @@ def on_path(folder, monkeypatch):
 def plain_files(folder):
     """A process that has registered no plain file yet.
 
-    What it registers below the folder is forgotten afterwards.
+    Plugins that it registers below the folder are forgotten afterwards.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "path", [*sys.path])
