@@ -1,4 +1,7 @@
-"""Experiments: runs planned from a configuration, done by workers, and made into tables. `bench.run` does one from Python."""
+"""Experiments: runs planned from a configuration, computed by workers, and made into tables.
+
+`bench.run` runs one from Python.
+"""
 
 import lazy_loader
 

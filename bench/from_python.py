@@ -39,12 +39,17 @@ LAUNCH = "import sys, bench.__main__; from bench import main; sys.exit(main.run(
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment's results in their folder. `print` gives the terminal's table."""
+    """Results of an experiment in their folder. `print` gives the terminal's table.
+
+    Args:
+        output: folder of the results.
+    """
 
     output: Path
 
     @property
     def plan(self) -> Plan:
+        """Plan of the experiment: cells, runs and seeds."""
         return read_plan(self.output)
 
     @property
@@ -54,12 +59,15 @@ class Experiment:
 
     @property
     def failed(self) -> int:
-        """Runs that ended without a result. Those that have not ended are `unfinished`."""
+        """Number of runs that ended without a result. Runs that have not ended are `unfinished`."""
         return int((~self.runs["status"].isin(NOT_FAILED)).sum())
 
     @property
     def unfinished(self) -> int:
-        """Planned runs that were not run, were interrupted, or are being done: the same call does what is missing."""
+        """Number of planned runs that were not run, were interrupted, or are still running.
+
+        Another call with the same arguments computes them.
+        """
         return int(self.runs["status"].isin(UNFINISHED).sum())
 
     def to_frame(self) -> pd.DataFrame:
@@ -67,14 +75,22 @@ class Experiment:
         return pd.read_csv(self.output / f"{self.plan.name}.csv")
 
     def to_json(self, path: str | Path | None = None) -> str:
-        """The table as JSON, a mapping per row, written to a file too where one is named."""
+        """Table as JSON, a mapping per row.
+
+        Args:
+            path: file to write it to as well.
+        """
         text = json.dumps(json.loads(self.to_frame().to_json(orient="records")), indent=1)
         if path is not None:
             Path(path).write_text(text + "\n", encoding="utf-8")
         return text
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        """The experiment's figure as it was written, on given axes or its own."""
+        """Figure of the experiment as it was written.
+
+        Args:
+            axes: axes to show it on. Default: a new figure.
+        """
         picture = imread(self.output / f"{self.plan.name}.png")
         if axes is None:
             height, width = picture.shape[:2]
@@ -91,20 +107,27 @@ class Experiment:
 
 
 def run(experiment: str | None = None, *, output: str | Path | None = None, **settings: Any) -> Experiment:
-    """Do an experiment, or what is missing of it, and return its results; progress shows on a terminal.
+    """Run an experiment, or what is missing of it, and return its results; progress shows on a terminal.
 
-    `settings` are named as on the command line: `repetitions=3`, `problem="rk4"`, `optimizer="pso"`; a mapping
-    holds the settings of a plugin, `measurement={"relative": 0.05}`, with its own name under "name"; a tuple is a
-    sweep, `samples=(40, 70)`.
-    `output` is the folder of the results, results/NAME below the working directory if not given.
+    Runs that fail do not raise: they are counted (`failed`), as are runs without an end (`unfinished`).
+
+    Args:
+        experiment: name of an experiment. Default: the settings alone.
+        output: folder of the results. Default: results/NAME below the working directory.
+        **settings: settings as on the command line: `repetitions=3`, `problem="rk4"`, `optimizer="pso"`. A mapping holds the
+            settings of a plugin, `measurement={"relative": 0.05}`, with its own name under "name"; a tuple is a sweep,
+            `samples=(40, 70)`.
+
+    Returns:
+        Results in their folder.
+
+    Raises:
+        SettingError: the command line rejects the arguments.
 
     >>> import bench
     >>> table = bench.run("table5", output=getfixture("tmp_path")).to_frame()
     >>> bool(table["agrees"].all())
     True
-
-    Raises `SettingError` for what the command line refuses. Runs that fail do not raise: they are counted (`failed`),
-    as are runs without an end (`unfinished`).
     """
     words = [f"+experiment={experiment}"] if experiment is not None else []
     for key, value in settings.items():
@@ -121,7 +144,10 @@ def run(experiment: str | None = None, *, output: str | Path | None = None, **se
 
 
 def _finished(command: list[str]) -> tuple[int, str]:
-    """Exit code and printed text of a process. Its progress goes to the terminal; in a notebook, which has none, to the cell."""
+    """Exit code and printed text of a process.
+
+    Its progress goes to the terminal; in a notebook, which has none, to the cell.
+    """
     if "ipykernel" not in sys.modules:
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
         return done.returncode, done.stdout

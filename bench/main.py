@@ -153,7 +153,10 @@ def _printed(text: str) -> int:
 
 
 def _cannot_write(error: OSError, refuse: Callable[[str], None]) -> int:
-    """A folder that cannot be used is bad input; a disk that fills up is not, and what was written before is kept."""
+    """A folder that cannot be used is bad input.
+
+    A disk that fills up is not, and what was written before is kept.
+    """
     if error.errno in TOO_MANY and (not error.filename or error.errno in (errno.EMFILE, errno.ENFILE)):
         _refused(
             f"workers: expected files, processes and memory for all workers, got: {error.strerror}; finished runs are kept: give the"

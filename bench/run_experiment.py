@@ -66,8 +66,11 @@ def _run(words: list[str], paths: list[Path]) -> int:
 
 
 def _check_names(words: list[str]) -> None:
-    """Every sweep has a value, and every choice of a plugin is a name; Hydra itself fails on a number or null there, and merges
-    a list. It knows no setting of a plugin that has one which it cannot offer."""
+    """Every sweep has a value, and every choice of a plugin is a name.
+
+    Hydra itself fails on a number or null there, and merges a list. It knows no setting of a plugin that has one which
+    it cannot offer.
+    """
     for choice in parse([word for word in words if "=" in word and not word.startswith("-")]):
         if choice.override.is_sweep_override() and not choice.values:
             known = f"; known: {', '.join(registry.registered(choice.key))}" if choice.key in registry.GROUPS else ""

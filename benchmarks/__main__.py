@@ -1,4 +1,7 @@
-"""`python -m benchmarks`: everything computed here beside what else there is, in one run. docs/speed.md says how to read it."""
+"""`python -m benchmarks`: computations of this project compared with other programs, in one run.
+
+docs/speed.md explains the result.
+"""
 
 import sys
 

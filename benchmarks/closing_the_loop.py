@@ -142,7 +142,10 @@ def _recommended(split: Split, cause: str) -> dict[str, Any]:
 
 
 def _closed(after: Diagnosis, cause: str, before: Diagnosis) -> dict[str, Any]:
-    """`achieved` is the deviance of the best of the other explanations of the first diagnosis above that of the truth."""
+    """Row on the second diagnosis of a draw.
+
+    `achieved` is the deviance of the best other explanation of the first diagnosis above the true one's.
+    """
     deviances = {name: trial.fit.deviance for name, trial in best_by_name(after.trials).items()}
     others = [deviances[name] for name in before.ambiguity_group if name != cause and name in deviances]
     return {
@@ -156,7 +159,10 @@ def _closed(after: Diagnosis, cause: str, before: Diagnosis) -> dict[str, Any]:
 
 
 def rates(rows: pd.DataFrame) -> str:
-    """What became of the ambiguous draws, by what was recommended and by cause; then each that did not end with the truth."""
+    """Outcome of the ambiguous draws, by recommendation and by cause.
+
+    Each draw that did not end with the truth follows.
+    """
     ambiguous = rows[rows["first"] == "ambiguous"]
     recommended = ambiguous[ambiguous["recommended"].notna()]
     of_all = recommended[recommended["tells_all"].eq(True)]

@@ -1,4 +1,4 @@
-"""What infills cost: true evaluations until the misfit is within a 95 % region of its minimum.
+"""Cost of infills: true evaluations until the misfit is within a 95 % region of its minimum.
 
     python benchmarks/infill.py 40 20      # samples, repetitions
 

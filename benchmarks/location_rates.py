@@ -1,5 +1,6 @@
-"""How often a diagnosis without a library finds the place, the kind and the law of what is hidden, and whether its intervals
-hold: per hidden cause.
+"""Rates at which a diagnosis without a library finds place, kind and law of a hidden cause.
+
+They include whether its intervals hold, per hidden cause.
 
     OPENBLAS_NUM_THREADS=1 python -m benchmarks.location_rates 20 rows.csv [CAUSE …]
     python -m benchmarks.location_rates rows.csv
@@ -57,8 +58,11 @@ LARGEST_MOTION = 15e-6  # m, 0-peak
 
 @dataclass(frozen=True)
 class Hidden:
-    """What a response (n_speed, n_channel) m hides; `quantity` and `position` of what acts at one place, and keys of the laws that
-    say so. `keeps` are the indices of the speeds that a machine would show, all where it is None."""
+    """Cause that a response (n_speed, n_channel) m hides.
+
+    `quantity` and `position` are of a cause at one place, with keys of the laws that describe it. `keeps` are the
+    indices of the speeds that a machine would show, all if it is None.
+    """
 
     response: ComplexArray
     quantity: str = ""
@@ -153,8 +157,11 @@ def hardening(rng: np.random.Generator) -> Hidden:
 
 
 def balanced(position: float, laws: tuple[str, ...], force_at: Callable[[Array, ComplexArray], Array]) -> Hidden:
-    """A force that is not linear in the motion. Beside the sharpest resonances its curves fold over, where a run-up jumps:
-    speeds at which the site moves by 15 µm and more without it, and those that have no balance, are left out."""
+    """A force that is not linear in the motion.
+
+    Beside the sharpest resonances its curves fold over, where a run-up jumps: speeds at which the site moves by 15 µm
+    and more without it, and those that have no balance, are left out.
+    """
     motion = dense.dense_response(ROTOR, SPEED, [Channel(position, axis) for axis in "xy"])
     keeps, found = [], []
     for index in np.flatnonzero(np.linalg.norm(motion, axis=1) < LARGEST_MOTION):
@@ -233,7 +240,10 @@ def _in_class(where: LocationRecord, keys: tuple[str, ...]) -> bool:
 
 
 def summary(rows: pd.DataFrame) -> pd.DataFrame:
-    """A line per cause. Counts are of draws with Δχ² of 60 and more, 'share' is the median where it is 1 000 and more."""
+    """A line per cause.
+
+    Counts are of draws with Δχ² of 60 and more, 'share' is the median where it is 1 000 and more.
+    """
     lines = []
     for cause, mine in rows.groupby("cause", sort=False):
         seen = mine[mine["chi2_drop"] >= CLEAR]

@@ -1,5 +1,6 @@
-"""Where scans find better fits than those from nearby, and whether what is found nearby has left noise behind by then, so that a diagnosis
-leaves scans out.
+"""Scans that find better fits than nearby ones, and residuals of the nearby fits by then.
+
+If these are noise already, a diagnosis leaves scans out.
 
     OPENBLAS_NUM_THREADS=1 python -m benchmarks.nearby_scans 40 > nearby_scans.csv
 

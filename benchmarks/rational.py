@@ -1,4 +1,6 @@
-"""How exactly the rational surrogate of 13 samples identifies the three-disk rotor, without noise and with 10 %.
+"""Accuracy of identifications by the rational surrogate of 13 samples.
+
+The rotor is the three-disk rotor, without noise and with 10 %.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/rational.py exact [TRUTHS]
     OPENBLAS_NUM_THREADS=1 python benchmarks/rational.py noise [DRAWS]
@@ -33,7 +35,7 @@ REFERENCE = np.array(list(ThreeDisk().reference().values()))
 
 
 def identified(x: Array, observable: Observable, noise: Noise, optimizer: LM, rng: np.random.Generator) -> Array:
-    """What is found (d,) SI from data of x (d,) SI."""
+    """Identified values (d,) SI from data of x (d,) SI."""
     drawn, *streams = rng.spawn(4)
     values = observe(PROBLEM.response(x[None])[0], observable, noise, drawn)
     measurement = Measurement(PROBLEM.speed, PROBLEM.channels, values, noise, "drawn")

@@ -1,4 +1,7 @@
-"""Rows of a CSV file that are computed in processes, each as soon as it is done; those that the file has already are not again."""
+"""Rows of a CSV file that are computed in processes, each as soon as it is done.
+
+Rows that the file has already are not computed again.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ Task = tuple[Any, ...]
 def add_missing_rows(
     path: Path, columns: Sequence[str], row: Callable[..., dict[str, Any]], tasks: Iterable[Task]
 ) -> None:
-    """Adds `row(*task)` to the file for each task that it lacks; a task is the values of the first columns."""
+    """Adds `row(*task)` to the file for each task that it lacks.
+
+    A task is the values of the first columns.
+    """
     tasks = list(dict.fromkeys(tasks))
     if path.exists() and tasks:
         done = set(pd.read_csv(path)[list(columns[: len(tasks[0])])].itertuples(index=False, name=None))

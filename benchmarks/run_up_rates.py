@@ -1,4 +1,6 @@
-"""How often a diagnosis names a sweep of the speed, with its rate in the interval, and how often it takes steady data for one.
+"""Rates at which a diagnosis names a sweep of the speed, and takes steady data for one.
+
+The rate must be in the interval.
 
     OPENBLAS_NUM_THREADS=1 python -m benchmarks.run_up_rates 30 50 rows.csv
     python -m benchmarks.run_up_rates rows.csv
@@ -50,7 +52,7 @@ COLUMNS = ["rotor", "sweeps", "seed", "seconds", "verdict", "applied", "group", 
 
 
 def response(rotor: str, made: RotorProblem, x: Array, rate: float) -> ComplexArray:
-    """What the rotor shows, steady at a rate of 0, (n_speed, n_channel) m."""
+    """Response of the rotor, steady at a rate of 0, (n_speed, n_channel) m."""
     if not rate:
         return made.dense_response(x[None])[0]
     if rotor == "rk4_two_disk":
@@ -87,8 +89,11 @@ def row(rotor: str, sweeps: bool, seed: int) -> dict[str, Any]:
 
 
 def summary(rows: pd.DataFrame) -> pd.DataFrame:
-    """A line per rotor: draws, those with Δχ² of 60 and more, and of these those alone named, in the group, with the rate in its
-    95 % interval; and what steady data are called."""
+    """Summary, a line per rotor, of draws and diagnoses.
+
+    It has the draws, the ones with Δχ² of 60 and more, and of these the ones alone named, in the group, with the rate
+    in its 95 % interval; and the verdicts on steady data.
+    """
     lines = []
     for rotor, mine in rows.fillna({"applied": "", "group": ""}).groupby("rotor"):
         clear = mine[mine["sweeps"] & (mine["drop"] >= CLEAR)]

@@ -1,4 +1,6 @@
-"""What many runs of an empty model cost: plan, record, status, collect, resume, claims and a job's start, at 10² to 10⁵ runs.
+"""Cost of many runs of an empty model: plan, record, status, collect, resume, claims and start.
+
+It is for 10² to 10⁵ runs; the start is a job's.
 
     OPENBLAS_NUM_THREADS=1 python -m benchmarks.scale [--runs 100,1000,10000,100000] [--rows benchmarks/scale.csv]
 
@@ -79,12 +81,15 @@ def collect(n: int) -> None:
 
 
 def resume(n: int) -> None:
-    """The same command again, which finds nothing to do."""
+    """Second call of a finished command, which finds nothing to do."""
     bench_main.run([f"repetitions={n}", f"output={MANY}", *EMPTY])
 
 
 def claim(n: int) -> None:
-    """All runs dealt out, and claimed and ended by one job that takes as long for each as a run of Table 3."""
+    """All runs dealt out, and claimed and ended by one job.
+
+    The job takes as long for each as a run of Table 3.
+    """
     output = Path(MANY)
     deal(output, [run.key for run in read_plan(output).runs], n // PER_BATCH)
     with at_work(output, 0) as presence:
@@ -154,7 +159,10 @@ def _row(step: str, n: int, folder: Path) -> dict[str, Any]:
 
 
 def measured(step: Callable[[int], None], n: int) -> dict[str, float]:
-    """CPU and wall seconds of a step, its imports included, peak memory in MB, and how many files it opened."""
+    """CPU and wall seconds of a step, peak memory in MB, and number of files it opened.
+
+    Its imports are included.
+    """
     opened = 0
     inside = str(Path(MANY).absolute())
 
@@ -215,8 +223,11 @@ def _slope(n: np.ndarray, cost: np.ndarray) -> float:
 
 
 def simulated(frame: pd.DataFrame) -> pd.DataFrame:
-    """A million runs on a cluster, for several numbers of runs in a job: each job starts, does its runs one after the other, and
-    the next takes its core. Every cost is proportional to the runs, as the largest size has it."""
+    """A million runs on a cluster, for several numbers of runs in a job.
+
+    Each job starts, does its runs one after the other, and the next takes its core. Every cost is proportional to the
+    runs, as the largest size has it.
+    """
     largest = frame[frame["runs"] == frame["runs"].max()].set_index("step")
     factor = MILLION / largest["runs"].iloc[0]
     seconds = largest["cpu_s"] * factor

@@ -1,4 +1,6 @@
-"""How much of eight jobs' time is idle where runs take very different times: claimed runs beside fixed shares.
+"""Idle share of eight jobs' time if runs take very different times.
+
+Claimed runs are compared with fixed shares.
 
     python benchmarks/stealing.py [runs] [seconds per job]
 

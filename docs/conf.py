@@ -34,6 +34,7 @@ nitpick_ignore_regex = [
         r"py:.*",
         r".*(Array|Record|Indices|Seen|Data|Seed|Streams|Observable|Layout|Load|Parameters?|Mode|Campbell|Campaign)",
     ),
+    (r"py:exc", r"(BudgetSpent|Unsuited)"),  # in inner modules
     (r"py:.*", r"(optional|ndarray|array|dtype.*|float64|complex128|AbstractContextManager|ABC)"),
 ]
 

@@ -1,4 +1,7 @@
-"""`python -m ksmea` is `python -m bench`: the command line of the project. Nothing else in this package knows the bench."""
+"""`python -m ksmea` is `python -m bench`: the command line of the project.
+
+Nothing else in this package knows the bench.
+"""
 # Shorter than 40 lines: the entry of `python -m ksmea`.
 
 import runpy

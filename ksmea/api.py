@@ -1,8 +1,10 @@
-"""The Python API: problems and measurements by name or file, and the studies of them. The command line's studies
-call the same functions (`ksmea.studies`); here their settings are arguments and their records come as results.
+"""Python API: problems and measurements by name or file, and the studies of them.
 
-Problem and measurement are aligned first (`ksmea.problem.alignment`): the problem is seen at the measurement's speeds and
-channels, or the two are refused.
+The command line's studies call the same functions (`ksmea.studies`). Here their settings are arguments and their records come
+as results. Problem and measurement are aligned first (`ksmea.problem.alignment`): the problem is evaluated at the measurement's
+speeds and channels, or the two are rejected.
+
+Longer than 400 lines: each study is documented with its arguments, units and an example.
 """
 
 from __future__ import annotations
@@ -59,7 +61,7 @@ Studied = TypeVar("Studied", bound=Callable[..., Any])
 
 
 def _seeded_by_rng(function: Studied) -> Studied:
-    """The function, which says that a seed is given as `rng` here."""
+    """The function, with an error that names `rng` if it is called with `seed`."""
 
     @wraps(function)
     def called(*arguments: Any, **settings: Any) -> Any:
@@ -73,9 +75,18 @@ def _seeded_by_rng(function: Studied) -> Studied:
 def read_measurement(path: str | Path, **settings: Any) -> Measurement:
     """Read a measured run from a CSV file, or several runs of one machine from a YAML file.
 
-    `measurements/file.py` describes the columns of the CSV file; its settings include `incomplete="drop"` and
-    `speed_from=…`. A file of an instrument needs its `format`, such as "system1", and settings for what it does not
-    state (docs/own_data.md). `measurements/campaign.py` describes the YAML file.
+    Args:
+        path: CSV file (`measurements/file.py` describes its columns), or YAML file of a campaign, ending in .yaml or .yml
+            (`measurements/campaign.py`).
+        **settings: settings of `measurement=file` or `measurement=campaign`, such as `incomplete="drop"` and `speed_from=…`. A
+            file of an instrument needs its `format`, such as "system1", and settings for what it does not state
+            (docs/own_data.md).
+
+    Returns:
+        Measurement with speeds in rad/s and values (n_speed, n_channel) in m 0-peak.
+
+    Raises:
+        SettingError: the file cannot be read, or a setting does not exist or does not fit it.
 
     >>> import ksmea
     >>> measurement = ksmea.read_measurement("docs/examples/run_up.csv")
@@ -89,9 +100,14 @@ def read_measurement(path: str | Path, **settings: Any) -> Measurement:
 
 @dataclass(frozen=True)
 class SyntheticData:
-    """A synthetic measurement and, apart from it, what it was made from. A study takes the measurement alone.
+    """Synthetic measurement, with the true values and hidden effects that it was made from.
 
-    `truth` has the true values in the units of the unknowns, `hidden` the effects that the problem's model lacks.
+    A study uses the measurement alone.
+
+    Args:
+        measurement: noisy values as a file would give them.
+        truth: true values of the unknowns by name, in their units.
+        hidden: effects in the data that the problem's model lacks.
     """
 
     measurement: Measurement
@@ -111,11 +127,24 @@ def synthetic_measurement(
     rng: Seed = 0,
     **settings: Any,
 ) -> SyntheticData:
-    """A measurement that the problem's own model makes at its published values, with Gaussian noise.
+    """Measurement computed with the problem's own model, with Gaussian noise.
 
-    `relative` is the noise's standard deviation as a part of each value, `floor` its constant part (µm), `kind` is
-    "amplitude" or "complex", `hidden` names effects that are in the data but not in the model. Further settings are those
-    of `measurement=synthetic`: truth, sizes, noise_known, phase_known, mesh, route.
+    The true values are the published ones, unless `truth` is set.
+
+    Args:
+        problem: problem of `load_problem`.
+        relative: standard deviation of the noise as a fraction of each value.
+        floor: standard deviation of the noise without any response, µm.
+        kind: "amplitude" or "complex".
+        hidden: names of effects that are in the data but not in the model; locations and sizes are drawn.
+        rng: seed or generator.
+        **settings: further settings of `measurement=synthetic`: truth, sizes, noise_known, phase_known, mesh, route …
+
+    Returns:
+        Measurement with the true values and hidden effects that it was made from.
+
+    Raises:
+        SettingError: an argument is out of its range, or an effect has no location on the problem.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk")
@@ -153,13 +182,35 @@ def identify(
     unmodelled: str | float = "",
     **settings: Any,
 ) -> IdentificationResult:
-    """The unknowns of a problem from a measurement, each with an interval of confidence `level`.
+    """Identify the unknowns of a problem from a measurement, each with a confidence interval.
 
-    `method` is a registered name – "direct" searches the true model, "ksmea" a surrogate of it that is refined – or a
-    method made by hand, which brings its own parts. `settings` belong to the named method. Without an optimiser,
-    "direct" takes least squares from many starts ("lm"), every other method differential evolution ("de"). `unmodelled`, a
-    position (m) or "auto", adds the unknowns fitted with a force that the model lacks, which stay true although the model
-    is wrong.
+    Args:
+        problem: problem of `load_problem`, or one made by hand.
+        measurement: measured or synthetic data.
+        method: registered name – "direct" searches the true model, "ksmea" a surrogate of it that is refined – or a method
+            made by hand, which brings its own parts.
+        surrogate: surrogate of a method that is given by name, if it uses one.
+        optimizer: optimiser of a method that is given by name. Default: least squares from many starts ("lm") for "direct",
+            differential evolution ("de") for every other method.
+        samples: number of samples of the first surrogate, if the method uses one.
+        rng: seed or generator.
+        intervals: "profile", "information" or "none" (`ksmea.studies.identify.IdentificationOptions`).
+        level: confidence level of the intervals, such as 0.95.
+        unmodelled: position (m) of an unmodelled force, or "auto" for all sites. The unknowns are then also estimated together
+            with that force, which makes these estimates valid although the model is wrong. Default: empty, no such force.
+        **settings: settings of the named method.
+
+    Returns:
+        Values with intervals, each in the unit of its unknown.
+
+    Raises:
+        SettingError: problem and measurement do not belong together, there are fewer data than unknowns, or a name or setting
+            is wrong.
+        ArithmeticError: an identified value is not finite.
+
+    Source:
+        Intervals: D. M. Bates and D. G. Watts, Nonlinear Regression Analysis and Its Applications, 1988, chapter 6,
+        doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (1988) 87–94, doi 10.2307/2347496.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk")
@@ -167,8 +218,6 @@ def identify(
     >>> result = ksmea.identify(rotor, data)
     >>> result["kxx"].low < 50.0 < result["kxx"].high
     True
-
-    Raises `SettingError` if problem and measurement do not belong together.
     """
     case = _case(problem, measurement)
     if isinstance(method, str):
@@ -205,12 +254,29 @@ def identifiability(
     rng: Seed = 0,
     **settings: Any,
 ) -> IdentifiabilityResult:
-    """How well data on the problem's speeds and channels with such noise would tell the unknowns, and how other data would.
+    """Precision of the unknowns from data on the problem's speeds and channels, and from varied data.
 
-    `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (by default published values, and the
-    middles of the limits of unknowns that have none, which a note tells). A `measurement` stands in for all of these by its
-    most likely values and noise, and is what further data are added to.
-    `settings` as for `study=identifiability`: level, variations …
+    Args:
+        problem: problem of `load_problem`.
+        relative: standard deviation of the noise as a fraction of each value.
+        floor: standard deviation of the noise without any response, µm.
+        kind: "amplitude" or "complex".
+        noise_known: whether the noise level is known to the later identification.
+        values: values of unknowns at which the problem is linearised, by name and in their units. Default: published values,
+            and midpoints of the limits of unknowns without one, which a remark lists.
+        measurement: data whose most likely values and noise are used in place of the noise, kind and values above, and to which
+            further data are added.
+        rng: seed or generator, for the fit to `measurement`.
+        **settings: settings of `study=identifiability`: level, variations …
+
+    Returns:
+        Cramér–Rao lower bound (CRLB) of each unknown, now and with varied data.
+
+    Raises:
+        SettingError: the noise is absent, or a value or setting is wrong.
+
+    Source:
+        S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, eq. 3.24.
 
     >>> import ksmea
     >>> result = ksmea.identifiability(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
@@ -240,9 +306,31 @@ def plan(
     rng: Seed = 0,
     **settings: Any,
 ) -> PlanResult:
-    """Which speeds, probes or trial unbalance to add so that `target`, or all unknowns together, become known best.
+    """Speeds, probes and trial unbalance to add, so that unknowns become known best.
 
-    The arguments are the same as for `identifiability`; `settings` as for `study=plan`: add, sensors, band …
+    Args:
+        problem: problem of `load_problem`.
+        target: name of the unknown to determine. Default: all unknowns together, by the volume of their confidence ellipsoid.
+        relative: standard deviation of the noise as a fraction of each value.
+        floor: standard deviation of the noise without any response, µm.
+        kind: "amplitude" or "complex".
+        noise_known: whether the noise level is known to the later identification.
+        values: values of unknowns at which the problem is linearised, by name and in their units. Default: published values,
+            and midpoints of the limits of unknowns without one.
+        measurement: data whose most likely values and noise are used in place of the noise, kind and values above, and to which
+            further data are added.
+        rng: seed or generator, for the fit to `measurement`.
+        **settings: settings of `study=plan`: add, sensors, band …
+
+    Returns:
+        Additions of each family in their order, with the CRLBs after each.
+
+    Raises:
+        SettingError: the noise is absent, or a target, value or setting is wrong.
+
+    Source:
+        V. V. Fedorov, Theory of Optimal Experiments, 1972; A. C. Atkinson, A. N. Donev and R. D. Tobias, Optimum Experimental
+        Designs, with SAS, 2007.
 
     >>> import ksmea
     >>> result = ksmea.plan(ksmea.load_problem("three_disk"), "cyy", relative=0.1, add=2, sensors=0, trial_phases=[])
@@ -269,19 +357,37 @@ def diagnose(
     workers: int = 1,
     **settings: Any,
 ) -> DiagnosisResult:
-    """Misfit of a model to a measurement, the effect that explains it, and the predictive gain of the extended model.
+    """Misfit of a model to a measurement, the effect that explains it, and the gain of the extension.
 
-    `effects` names the effects to try, all registered ones if none is named, and no effect with ["none"]; `without` leaves
-    some out. `settings` as for `study=diagnose`: level, blocks, starts … A diagnosis takes from a second to a minute, with
-    two `workers`, processes that share it, little more than half of this; the result does not depend on them.
+    A diagnosis takes from a second to a minute.
+
+    Args:
+        problem: problem of `load_problem`.
+        measurement: measured or synthetic data.
+        effects: names of the effects to try; ["none"] tries no effect. Default: all registered ones.
+        without: names of effects to leave out.
+        rng: seed or generator.
+        workers: number of processes that share the work; the result does not depend on it. Two take little more than half of
+            the time of one.
+        **settings: settings of `study=diagnose`: level, blocks, starts …
+
+    Returns:
+        Verdict, ranked effects, sizes with intervals and the extended model.
+
+    Raises:
+        SettingError: problem and measurement do not belong together, no effect has a location on the problem, or a name or
+            setting is wrong.
+
+    Source:
+        Predictive gain: A. Vehtari, A. Gelman and J. Gabry, Stat. Comput. 27 (2017) 1413–1432, doi 10.1007/s11222-016-9696-4.
+        Averages of explanations: K. P. Burnham and D. R. Anderson, Model Selection and Multimodel Inference, 2002,
+        doi 10.1007/b97636.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0])
     >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, floor=0.1, kind="complex", noise_known=False)
     >>> ksmea.diagnose(rotor, data, effects=["runout", "mass"]).verdict
     'adequate'
-
-    Raises `SettingError` if problem and measurement do not belong together, or no effect has a location on the problem.
     """
     case = _case(problem, measurement)
     options = DiagnosisOptions(**settings)
@@ -297,12 +403,26 @@ def diagnose(
 def locate(
     problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0, workers: int = 1, **settings: Any
 ) -> LocationResult:
-    """Where something acts that the model lacks, although nobody knows what: at which sites an unknown force, moment or
-    reading, free at every speed, explains the data, and what it does there. The unknowns fitted with it stay true although the
-    model is wrong.
+    """Sites at which an unknown force, moment or reading, free at every speed, explains the data.
 
-    It takes complex data of three channels or more. `settings` as for `study=locate`: level, positions, kinds … At most
-    `workers` processes share the sites; what is found is the same.
+    It assumes no effect. The unknowns fitted with the force are valid although the model is wrong.
+
+    Args:
+        problem: problem of `load_problem`, or one made by hand.
+        measurement: complex data of three channels or more.
+        rng: seed or generator.
+        workers: largest number of processes that share the sites; the result does not depend on it.
+        **settings: settings of `study=locate`: level, positions (m), kinds …
+
+    Returns:
+        Accepted sites, the force over speed, and the unknowns estimated with it.
+
+    Raises:
+        SettingError: problem and measurement do not belong together, there are too few data, or a setting is wrong.
+
+    Source:
+        Elimination of the force: G. H. Golub and V. Pereyra, Inverse Problems 19 (2003) R1–R26, doi 10.1088/0266-5611/19/2/201.
+        Noise level: H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545–554, doi 10.1093/biomet/58.3.545.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0], n_speed=27)
@@ -310,8 +430,6 @@ def locate(
     >>> found = ksmea.locate(rotor, data, positions=[0.2, 1.0], kinds=["force"])
     >>> found.record.kind, found.sites
     ('force', (1.0,))
-
-    Raises `SettingError` if problem and measurement do not belong together, or the data are too few to tell.
     """
     case, shared = _case(problem, measurement), _workers(workers)
     record = location(case, _generator(rng), options=LocationOptions(**settings), workers=shared)
@@ -323,17 +441,27 @@ def locate(
 @_seeded_by_rng
 @one_blas_thread
 def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResult:
-    """Influence coefficients, unknown weights and correction weights of a campaign, without a model of the rotor.
+    """Influence coefficients, unknown weights and correction weights of a campaign, without a rotor model.
 
-    The runs are at the same speeds, with phases; a weight without `g_mm` is unknown. `settings` as for `study=balance`:
-    drift, leave_out, level …
+    Args:
+        measurement: runs with weights, at nominally equal speeds. Amplitudes without phases are enough for one plane. A weight
+            without `g_mm` is unknown.
+        rng: seed or generator.
+        **settings: settings of `study=balance`: drift, leave_out, level …
+
+    Returns:
+        Coefficients (µm per unit of weights), weights and corrections with their intervals.
+
+    Raises:
+        SettingError: data without weights, runs that do not separate the planes, or a wrong setting.
+
+    Source:
+        Corrections: Goodman, J. Eng. Ind. 86 (1964) 273–279, eq. (7).
 
     >>> import ksmea
     >>> found = ksmea.balance(ksmea.read_measurement("docs/examples/balancing.yaml"))
     >>> {position: (round(size, 1), round(angle)) for position, (size, angle) in found.correction.items()}
     {0.2: (40.1, -104), 0.4: (25.2, 140)}
-
-    Raises `SettingError` for data without phases or weights, and runs that do not tell the planes apart.
     """
     record = balancing(_measurement(measurement), _generator(rng), options=BalanceOptions(**settings))
     return BalanceResult(record)

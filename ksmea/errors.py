@@ -45,8 +45,10 @@ UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")  # Unicode's categories of what moves a 
 
 @dataclass(frozen=True)
 class UnknownName:
-    """A name that nothing has, as an error holds it: `near` is the known name that comes nearest, `owner` the one plugin
-    that has a setting of this name, as `optimizer=pso`."""
+    """Unknown name, as an error holds it.
+
+    `near` is the nearest known name, `owner` the one plugin that has a setting of this name, such as `optimizer=pso`.
+    """
 
     noun: str
     name: str
@@ -60,13 +62,19 @@ class UnknownName:
 
 
 class SettingError(ValueError):
-    """A setting, name or file that cannot be used: one line saying what was expected, what came and what to try.
+    """Setting, name or file that cannot be used.
 
-    Whatever it quotes, the message is one line of visible characters. `reason` is the message without locations before it.
+    One line with what was expected, what was given and a cure.
+
+    The message is one line of visible characters, whatever it quotes. `reason` is the message without locations before it.
 
     Args:
-        setting: key of the setting that is wrong, which stands before the message.
+        message: "expected …, got …; try …".
+        setting: key of the setting that is wrong, which is put before the message.
         meant: what was probably meant: a name, all arguments of a command, or the setting's value as a function of the one given.
+
+    >>> str(SettingError("expected a number, got 'many'", setting="samples"))
+    "samples: expected a number, got 'many'"
     """
 
     def __init__(
@@ -82,7 +90,12 @@ class SettingError(ValueError):
         self.meant = meant
 
     def within(self, where: object, setting: str = "") -> SettingError:
-        """This error with a location before its message, and the setting's whole key."""
+        """This error with a location before its message.
+
+        Args:
+            where: file, plugin or other location.
+            setting: whole key of the setting. Default: as before.
+        """
         located = copy.copy(self)
         located.args = (visible(f"{where}: {self}"),)
         located.setting = setting or self.setting
@@ -101,8 +114,13 @@ class BudgetSpent(Exception):
 
 
 def unknown(noun: str, name: str, known: Iterable[str], within: str = "") -> SettingError:
-    """The error for a name that nobody knows, with the nearest known one and then all of them; `within` stands before the
-    name, and not before the known ones.
+    """Error for an unknown name, with the nearest known one and then all of them.
+
+    Args:
+        noun: kind of name, such as "optimizer".
+        name: the unknown name.
+        known: all known names.
+        within: prefix of the unknown name in the message, not of the known ones.
 
     >>> str(unknown("optimizer", "dee", ["de", "pso"]))
     "unknown optimizer 'dee'; did you mean 'de'? known: de, pso"
@@ -120,8 +138,9 @@ def unknown(noun: str, name: str, known: Iterable[str], within: str = "") -> Set
 
 
 def conversions(name: str, known: str) -> list[str]:
-    """Conversions from a quantity into one whose name is alike: a name is never proposed in the place of one that means something
-    else.
+    """Conversions from a quantity into one with a similar name.
+
+    A name is never proposed in place of one that means something else.
 
     >>> conversions("phase_lag_deg", "phase_lead_deg"), conversions("amplitude_mil_pp", "amplitude_um_0pk")
     (['lead = -lag'], ['1 mil = 25.4 um', '0pk = pp / 2'])
@@ -141,7 +160,9 @@ def listed(names: list[str]) -> str:
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.4) -> str | None:
-    """The known name that a wrong one comes nearest to, in upper or lower case; None if none is alike by the ratio `cutoff`.
+    """Known name nearest to a wrong one, in upper or lower case.
+
+    None if none is similar by the ratio `cutoff`.
 
     >>> nearest("lm", ["DE", "LM"]), nearest("Kriging+de", ["DE", "Kriging + DE"]), nearest("x", ["DE"])
     ('LM', 'Kriging + DE', None)
@@ -174,8 +195,9 @@ def shortened(text: str, longest: int = LONGEST_QUOTE) -> str:
 
 
 def visible(text: str, kept: str = "") -> str:
-    r"""A text of a file, a record or a plan as a terminal may show it: what controls the terminal or cannot be seen stands as
-    its escape, but for `kept`.
+    r"""Text of a file, a record or a plan as a terminal may show it.
+
+    Characters that control the terminal or cannot be seen are replaced by their escape, except those in `kept`.
 
     >>> visible("red: \x1b[31m, next\nline")
     'red: \\x1b[31m, next\\nline'
@@ -199,5 +221,8 @@ def warn_moved(old: str, new: str) -> None:
 
 
 def warn_renamed(old: str, new: str) -> None:
-    """Warn the author of a plugin's class of the new name of a member that it overrides; the old one works for one more release."""
+    """Warn the author of a plugin's class of the new name of a member that it overrides.
+
+    The old name works for one more release.
+    """
     warnings.warn(f"{old} has been renamed {new}; override that", DeprecationWarning, stacklevel=4)  # below ABCMeta

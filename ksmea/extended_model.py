@@ -1,4 +1,4 @@
-"""The extended model that a diagnosis names or a location finds, as the YAML file that `problem=extended` reads."""
+"""Extended model of a diagnosis or a location, as the YAML file that `problem=extended` reads."""
 
 from __future__ import annotations
 

@@ -2,6 +2,8 @@
 
 Arrays are SI (rad/s, m). Values of unknowns go by name, in the units that the unknowns have (`parameters`), as on the
 command line; a name that is left out has its published value.
+
+Longer than 400 lines: each member is documented with units and an example.
 """
 
 from __future__ import annotations
@@ -36,7 +38,17 @@ HEAD = ("unknown", "unit", "lower limit", "upper limit", "published")
 
 
 def load_problem(name: str | Path, **settings: Any) -> LoadedProblem:
-    """A registered problem by name, or a rotor or an extended model from a YAML file, with its settings.
+    """Load a registered problem by name, or a rotor or extended model from a YAML file.
+
+    Args:
+        name: registered name, such as "three_disk", or path of a YAML file (.yaml, .yml).
+        **settings: settings of the problem, such as `mesh=21`.
+
+    Returns:
+        Problem with its settings, built and ready to be evaluated.
+
+    Raises:
+        SettingError: a name that is not registered, a setting that the problem does not have, or a file that cannot be used.
 
     >>> import ksmea
     >>> print(ksmea.load_problem("three_disk", mesh=21, n_speed=27))
@@ -47,9 +59,6 @@ def load_problem(name: str | Path, **settings: Any) -> LoadedProblem:
         cxx  kN s/m         0.01            1        0.5
         cyy  kN s/m         0.01            1        0.7
           u    g mm           50          500        200
-
-    Raises `SettingError` for a name that is not registered, a setting that the problem does not have or a file that
-    cannot be used.
     """
     if Path(name).suffix in YAML:
         settings = {"file": str(name), **settings}
@@ -60,7 +69,12 @@ def load_problem(name: str | Path, **settings: Any) -> LoadedProblem:
 
 @dataclass(frozen=True)
 class LoadedProblem:
-    """A registered problem with its settings. `problem` is all that an identification sees: it knows no true values.
+    """Registered problem with its settings.
+
+    Args:
+        name: registered name.
+        settings: settings that the problem was built from, which also have its published values.
+        problem: problem as an identification gets it, without true values.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk", mesh=13, sensors=[0.1, 0.5])
@@ -81,22 +95,37 @@ class LoadedProblem:
 
     @property
     def speed(self) -> Array:
-        """(n_speed,) rad/s."""
+        """Spin speeds (n_speed,), rad/s."""
         return self.problem.speed
 
     @property
     def channels(self) -> tuple[Channel, ...]:
+        """Probes, each with its position (m), direction and harmonic."""
         return self.problem.channels
 
     @property
     def reference(self) -> dict[str, float]:
-        """Published values by name, in the units of the unknowns; none if nothing is published."""
+        """Published values by name, in the units of the unknowns; empty if nothing is published."""
         units = {item.name: item.si_per_unit for item in self.parameters}
         return {name: value / units[name] for name, value in self.settings.reference().items() if name in units}
 
     def x(self, values: Mapping[str, SupportsFloat] | None = None) -> Array:
-        """A parameter vector (d,), SI, from values by name, as numbers or of an identification; `SettingError` if one has no value.
-        The origin of measured phases, which belongs to the data, is passed over."""
+        """Parameter vector from values by name.
+
+        Args:
+            values: values in the units of the unknowns, or an identification. An unknown without a value has its published one. A
+                phase origin, which belongs to the data, is ignored if the problem has none.
+
+        Returns:
+            Values (d,), SI, in the order of `parameters`.
+
+        Raises:
+            SettingError: a name that is not an unknown of the problem, or an unknown without a value.
+
+        >>> import ksmea
+        >>> ksmea.load_problem("three_disk").x({"kxx": 40.0})[:2].tolist()  # MN/m → N/m
+        [40000000.0, 70000000.0]
+        """
         given = {
             name: float(value)
             for name, value in (values or {}).items()
@@ -120,9 +149,24 @@ class LoadedProblem:
         speed: Array | None = None,
         channels: Sequence[Channel] | None = None,
     ) -> ComplexArray:
-        """Unbalance response (n_speed, n_channel), complex, m 0-peak, under Re(q e^{iΩt}).
+        """Unbalance response of the rotor.
 
-        `speed` (rad/s) and `channels` are the problem's own if they are not given.
+        Args:
+            values: values of unknowns, as in `x`.
+            speed: spin speeds (n_speed,), rad/s. Default: the problem's own.
+            channels: probes. Default: the problem's own.
+
+        Returns:
+            Complex response q (n_speed, n_channel), m 0-peak; a real response is Re(q e^{iΩt}).
+
+        Raises:
+            SettingError: a value is missing, or the problem cannot be evaluated at other speeds and channels.
+
+        >>> import ksmea
+        >>> import numpy as np
+        >>> rotor = ksmea.load_problem("three_disk", mesh=13)
+        >>> rotor.response(speed=np.array([100.0, 200.0, 300.0])).shape
+        (3, 2)
         """
         response: ComplexArray = self._seen(speed, channels).response(self.x(values)[None])[0]
         return response
@@ -134,10 +178,20 @@ class LoadedProblem:
         speed: Array | None = None,
         channels: Sequence[Channel] | None = None,
     ) -> pd.DataFrame:
-        """The response at identified values by speed and channel, with its standard deviations: amplitude (µm 0-peak) and phase
-        lead (degrees), to first order in the covariance of the values. The noise of a further reading is not part of them.
+        """Response at identified values with its standard deviations, by speed and channel.
 
-        `SettingError` if an interval is open or missing.
+        The standard deviations are to first order in the covariance of the values. They do not contain the noise of a further reading.
+
+        Args:
+            found: identification with a closed interval for each unknown of the problem.
+            speed: spin speeds (n_speed,), rad/s. Default: the problem's own.
+            channels: probes. Default: the problem's own.
+
+        Returns:
+            One row per speed (rpm) and channel, with amplitude (µm 0-peak), phase lead (degrees) and their standard deviations.
+
+        Raises:
+            SettingError: an interval is open or missing.
         """
         names, of_found = self.parameters.names, list(found)
         covariance = found.record.covariance
@@ -176,20 +230,63 @@ class LoadedProblem:
     def critical_speeds(
         self, values: Mapping[str, SupportsFloat] | None = None, *, highest: float | None = None
     ) -> Array:
-        """Speeds (rad/s) at which a damped natural frequency equals the speed, up to `highest` (the highest of the
-        problem's speeds if not given)."""
+        """Speeds at which a damped natural frequency equals the spin speed.
+
+        Args:
+            values: values of unknowns, as in `x`.
+            highest: highest speed, rad/s. Default: the highest of the problem's speeds.
+
+        Returns:
+            Rising speeds (n,), rad/s.
+
+        Raises:
+            SettingError: a value is missing, or the problem has no natural modes.
+
+        >>> import ksmea
+        >>> ksmea.load_problem("three_disk").critical_speeds(highest=500.0).round().tolist()
+        [379.0, 398.0]
+        """
         return self.problem.critical_speeds(self.x(values), highest)
 
     def modes(
         self, speed: float, values: Mapping[str, SupportsFloat] | None = None, *, n_mode: int = 6
     ) -> tuple[Mode, ...]:
-        """The first damped modes at a speed (rad/s): frequency, damping ratio, whirl and shape."""
+        """First damped natural modes at a spin speed.
+
+        Args:
+            speed: spin speed, rad/s.
+            values: values of unknowns, as in `x`.
+            n_mode: number of modes.
+
+        Returns:
+            Modes with frequency, damping ratio, whirl direction and shape.
+
+        Raises:
+            SettingError: a value is missing, or the problem has no natural modes.
+
+        >>> import ksmea
+        >>> first = ksmea.load_problem("three_disk").modes(speed=300.0, n_mode=1)[0]
+        >>> round(first.frequency), first.whirl
+        (380, 'backward')
+        """
         return self.problem.modes(self.x(values), speed, n_mode)
 
     def campbell(
         self, speed: Array | None = None, values: Mapping[str, SupportsFloat] | None = None, *, n_mode: int = 6
     ) -> Campbell:
-        """Natural frequencies and damping ratios over speed (rad/s), by default from rest to the highest speed."""
+        """Natural frequencies and damping ratios over spin speed.
+
+        Args:
+            speed: spin speeds (n_speed,), rad/s. Default: 51 speeds from rest to the highest of the problem.
+            values: values of unknowns, as in `x`.
+            n_mode: number of modes.
+
+        Returns:
+            Campbell diagram as arrays (n_speed, n_mode).
+
+        Raises:
+            SettingError: a value is missing, or the problem has no natural modes.
+        """
         if speed is None:
             speed = np.linspace(0.0, float(self.speed.max()), 51)
         return self.problem.campbell(self.x(values), np.asarray(speed, float), n_mode)
@@ -197,16 +294,37 @@ class LoadedProblem:
     def stability_threshold(
         self, values: Mapping[str, SupportsFloat] | None = None, *, highest: float | None = None
     ) -> float:
-        """The lowest spin speed (rad/s) at which a free motion grows, up to `highest` (the highest of the problem's speeds
-        if not given); 0: from rest, infinite: nowhere."""
+        """Lowest spin speed at which the rotor is unstable.
+
+        Args:
+            values: values of unknowns, as in `x`.
+            highest: highest speed that is checked, rad/s. Default: the highest of the problem's speeds.
+
+        Returns:
+            Speed, rad/s; 0 if the rotor is unstable from rest, infinite if it is stable up to `highest`.
+
+        Raises:
+            SettingError: a value is missing, or the problem does not know its damped eigenvalues.
+
+        >>> import ksmea
+        >>> ksmea.load_problem("three_disk").stability_threshold()
+        inf
+        """
         return self.problem.stability_threshold(self.x(values), float(self.speed.max()) if highest is None else highest)
 
     @one_blas_thread
     def draw(self, values: Mapping[str, SupportsFloat] | None = None, **options: Any) -> RotorDrawing:
         """Rotor to scale, Campbell diagram, critical speeds, stability, critical speed map and mode shapes.
 
-        `options` are the settings of `python -m bench draw`: highest_rpm, speed_rpm, modes, harmonics … An unknown
-        without a value takes the midpoint of its limits, the geometric one if they lie a decade or more apart.
+        Args:
+            values: values of unknowns, as in `x`. An unknown without a value takes the midpoint of its limits (`middles`).
+            **options: settings of `python -m bench draw`: highest_rpm, speed_rpm, modes, harmonics …
+
+        Returns:
+            Figures, tables and text of the rotor.
+
+        Raises:
+            SettingError: a name or option is wrong, or the problem is not made of a rotor.
 
         >>> import ksmea
         >>> drawing = ksmea.load_problem("three_disk").draw(highest_rpm=12_000)
@@ -221,13 +339,31 @@ class LoadedProblem:
     def middles(self, values: Mapping[str, SupportsFloat] | None = None) -> dict[str, float]:
         """Midpoints of the limits of the unknowns that have neither a published value nor one of `values`.
 
-        They are in the units of the unknowns, and geometric if the limits lie a decade or more apart.
+        Args:
+            values: values of unknowns by name; only the names are used.
+
+        Returns:
+            Midpoints by name, in the units of the unknowns; geometric if the limits lie a decade or more apart.
         """
         known = self.reference | dict.fromkeys(values or {}, 0.0)
         return middles(self.parameters, [each.name for each in self.parameters if each.name not in known])
 
     def with_settings(self, **settings: Any) -> LoadedProblem:
-        """Problem with some of its settings changed."""
+        """Problem with some of its settings changed.
+
+        Args:
+            **settings: new values by name.
+
+        Returns:
+            Problem built again; all other settings are unchanged.
+
+        Raises:
+            SettingError: a value is out of its range.
+
+        >>> import ksmea
+        >>> len(ksmea.load_problem("three_disk").with_settings(n_speed=5).speed)
+        5
+        """
         changed = dataclasses.replace(self.settings, **settings)
         return LoadedProblem(self.name, changed, changed.build())
 
@@ -269,7 +405,7 @@ def _middles_in_words(taken: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def _problem_of_file(path: Path) -> str:
-    """Whether a YAML file describes a rotor or an extended model, by the keys that it begins its lines with."""
+    """Kind of model in a YAML file, "rotor" or "extended", by the keys at the beginning of its lines."""
     try:
         text = path.expanduser().read_text(encoding="utf-8")
     except (OSError, ValueError) as error:

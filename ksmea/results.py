@@ -1,4 +1,4 @@
-"""Results of the Python API: a record of what was found, with the text of the terminal, a table and a figure.
+"""Results of the Python API: a record with the text of the terminal, a table and a figure.
 
 `print(result)` gives the text, `to_frame()` a tidy table, `plot()` a figure, `to_json()` the record with the unit of
 each number; a notebook shows table and text. `record` has every number as an attribute, SI unless its documentation
@@ -46,24 +46,39 @@ AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 @dataclass(frozen=True)
 class Result(ABC, Generic[AnyRecord]):
-    """Base of all results."""
+    """Base of all results.
+
+    Args:
+        record: all numbers, SI unless their documentation states another unit.
+    """
 
     record: AnyRecord
 
     @abstractmethod
     def __str__(self) -> str:
-        """The text that the command line prints."""
+        """Text that the command line prints."""
 
     @abstractmethod
     def to_frame(self) -> pd.DataFrame:
-        """A tidy table, values in the units that it names."""
+        """Tidy table, with values in the units that it names."""
 
     @abstractmethod
     def plot(self, axes: Axes | None = None) -> Figure:
-        """The figure that the command line writes; on given axes its main panel."""
+        """Figure that the command line writes.
+
+        Args:
+            axes: axes for its main panel. Default: a new figure with all panels.
+        """
 
     def to_json(self, path: str | Path | None = None) -> str:
-        """The record as JSON, written to a file too where one is named."""
+        """Record as JSON.
+
+        Args:
+            path: file to write it to as well.
+
+        Returns:
+            JSON text, with the unit of each number (docs/python.md).
+        """
         text = json.dumps(with_units(self.record), indent=1, allow_nan=False)
         if path is not None:
             Path(path).write_text(text + "\n", encoding="utf-8")
@@ -75,7 +90,18 @@ class Result(ABC, Generic[AnyRecord]):
 
 @dataclass(frozen=True)
 class Value:
-    """A value with its interval, in `unit`; an end that is None is open. It is a number where one is wanted: `float(value)`."""
+    """Identified value with its interval; `float(value)` is the number.
+
+    Args:
+        name: name of the unknown.
+        unit: unit of the three numbers.
+        value: identified value.
+        low: lower end of the interval; None if it is open.
+        high: upper end of the interval; None if it is open.
+
+    >>> print(Value("kxx", "MN/m", 50.2, 48.9, None))
+    kxx = 50.2 MN/m [48.9, –]
+    """
 
     name: str
     unit: str
@@ -93,8 +119,23 @@ class Value:
 
 @dataclass(frozen=True)
 class IdentificationResult(Result[IdentificationRecord], Mapping[str, Value]):
-    """Identified values with their intervals by name: `found["kxx"]` is one of them, `dict(found)` has all, and
-    `rotor.response(found)` is the response at them."""
+    """Identified values with their intervals by name.
+
+    `found["kxx"]` is one of them, `dict(found)` has all, and `rotor.response(found)` is the response at them. `to_frame()` has a row
+    per unknown, in its unit.
+
+    >>> import ksmea
+    >>> from ksmea.testing.jeffcott import JeffcottRotor
+    >>> rotor = ksmea.LoadedProblem("jeffcott", JeffcottRotor(), JeffcottRotor().build())
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.02, kind="complex", rng=1)
+    >>> found = ksmea.identify(rotor, data)
+    >>> found["kxx"].low < 0.9 < found["kxx"].high, found["kxx"].unit
+    (True, 'MN/m')
+    >>> list(found)
+    ['kxx', 'kyy', 'cxx', 'cyy', 'u']
+    >>> rotor.prediction(found).query("channel == 'x at 0 m'")["amplitude_sd_um"].round(2).tolist()[:2]
+    [0.02, 0.06]
+    """
 
     def __iter__(self) -> Iterator[str]:
         return (item.name for item in self.record.parameters)
@@ -116,12 +157,24 @@ class IdentificationResult(Result[IdentificationRecord], Mapping[str, Value]):
         return identification_text.frame(self.record)
 
     def residuals(self) -> pd.DataFrame:
-        """Data and fitted response by speed and channel, µm 0-peak and degrees, with the residual in standard deviations of the
-        noise: of the amplitude, or along the fitted response and a quarter turn ahead of it. `SettingError` without a fit."""
+        """Data and fitted response by speed and channel, with residuals in standard deviations of the noise.
+
+        Residuals are of the amplitude, or along the fitted response and a quarter turn ahead of it.
+
+        Returns:
+            One row per speed (rpm) and channel, amplitudes in µm 0-peak, phases in degrees of lead.
+
+        Raises:
+            SettingError: the record has no fit.
+        """
         return identification_text.residual_frame(self.record)
 
     def influence(self) -> pd.DataFrame | None:
-        """Influence coefficients of the planes of a campaign with weights; None of other data."""
+        """Influence coefficients of the planes of a campaign with weights.
+
+        Returns:
+            One row per plane, speed and channel; None for other data.
+        """
         return None if self.record.weights is None else weights_text.influence_frame(self.record.weights)
 
     def plot(self, axes: Axes | None = None) -> Figure:
@@ -130,7 +183,7 @@ class IdentificationResult(Result[IdentificationRecord], Mapping[str, Value]):
 
 @dataclass(frozen=True)
 class IdentifiabilityResult(Result[IdentifiabilityRecord]):
-    """How well the unknowns can be known from such data, by the Cramér–Rao lower bound."""
+    """Precision of the unknowns from such data, by the Cramér–Rao lower bound."""
 
     def __str__(self) -> str:
         return identifiability_text.text(self.record)
@@ -144,7 +197,7 @@ class IdentifiabilityResult(Result[IdentifiabilityRecord]):
 
 @dataclass(frozen=True)
 class PlanResult(Result[PlanningRecord]):
-    """Which speeds, probes or trial unbalance to add, and what each is worth."""
+    """Speeds, probes or trial unbalance to add, and their gain in precision."""
 
     def __str__(self) -> str:
         return planning_text.text(self.record)
@@ -158,28 +211,30 @@ class PlanResult(Result[PlanningRecord]):
 
 @dataclass(frozen=True)
 class DiagnosisResult(Result[DiagnosisRecord]):
-    """Result of a diagnosis: misfit of the model, explaining effect, and gain of the extended model on left-out data.
+    """Result of a diagnosis: misfit of the model, explaining effect, and gain on left-out data.
 
-    `extended_yaml` is the file of the extended model, empty if the verdict names no effect: `load_problem` takes it.
+    Args:
+        record: all numbers, SI unless their documentation states another unit.
+        extended_yaml: file of the extended model, which `load_problem` takes; empty if the verdict names no effect.
     """
 
     extended_yaml: str = ""
 
     @property
     def verdict(self) -> str:
-        """adequate, named, ambiguous, located, unknown or not observable."""
+        """Verdict: adequate, named, ambiguous, located, unknown or not observable."""
         return self.record.verdict
 
     @property
     def named(self) -> tuple[str, ...]:
-        """The effects that the verdict names."""
+        """Effects that the verdict names."""
         return tuple(self.record.named)
 
     def __str__(self) -> str:
         return diagnosis_text.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
-        """The effects by how well they explain the data."""
+        """Effects in order of how well they explain the data, one row per unknown of each."""
         return diagnosis_text.frame(self.record)
 
     @property
@@ -198,16 +253,18 @@ class DiagnosisResult(Result[DiagnosisRecord]):
 
 @dataclass(frozen=True)
 class LocationResult(Result[LocationRecord]):
-    """Where something acts that the model lacks, and what it does there; `sites` are the accepted positions, m, of a
-    pair of forces both.
+    """Sites at which something acts that the model lacks, and its force over speed.
 
-    `extended_yaml` is the file of the model with the law that holds, empty if none does: `load_problem` takes it.
+    Args:
+        record: all numbers, SI unless their documentation states another unit.
+        extended_yaml: file of the model with the law that holds, which `load_problem` takes; empty if none does.
     """
 
     extended_yaml: str = ""
 
     @property
     def sites(self) -> tuple[float, ...]:
+        """Accepted positions, m; both positions of a pair of forces."""
         return tuple(position for site in self.record.sites for position in site.positions)
 
     def __str__(self) -> str:
@@ -226,8 +283,12 @@ class BalanceResult(Result[BalanceRecord]):
 
     @property
     def correction(self) -> dict[float, tuple[float, float]]:
-        """Size (in the unit of the plane's weights, g mm if the file has none) and angle (deg) of the correction weight by the
-        position of its plane, m."""
+        """Correction weight of each plane.
+
+        Returns:
+            Size (in the unit of the plane's weights, g mm if the file has none) and angle (degrees), by the position of the
+            plane, m.
+        """
         found = self.record.correction
         return {position: (each.size, each.angle) for position, each in zip(found.position, found.weight)}
 

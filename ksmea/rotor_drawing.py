@@ -20,24 +20,49 @@ from ksmea.show.charts.whirl_charts import campbell_chart, speed_map_chart, stab
 
 @dataclass(frozen=True, eq=False)
 class RotorDrawing:
-    """A rotor at given values of its unknowns. `record` has all numbers, SI; each figure goes on given axes or its own."""
+    """Rotor at given values of its unknowns, as figures, tables and text.
+
+    Each figure is drawn on given axes or on its own.
+
+    Args:
+        record: all numbers, SI.
+    """
 
     record: Rotordynamics
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        """The rotor to scale."""
+        """Rotor to scale.
+
+        Args:
+            axes: axes to draw on. Default: a new figure.
+        """
         return drawn(rotor_chart(self.record.layout, self.record.title), axes)
 
     def plot_campbell(self, axes: Axes | None = None) -> Figure:
-        """Natural frequencies over speed, with the critical speeds."""
+        """Natural frequencies over speed, with the critical speeds.
+
+        Args:
+            axes: axes to draw on. Default: a new figure.
+        """
         return drawn(campbell_chart(self.record), axes)
 
     def plot_stability(self, axes: Axes | None = None) -> Figure:
-        """Logarithmic decrements over speed."""
+        """Logarithmic decrements over speed.
+
+        Args:
+            axes: axes to draw on. Default: a new figure.
+        """
         return drawn(stability_chart(self.record), axes)
 
     def plot_speed_map(self, axes: Axes | None = None) -> Figure:
-        """Undamped critical speeds over the stiffness of the bearings. `SettingError` if they do not hold the rotor."""
+        """Undamped critical speeds over the stiffness of the bearings.
+
+        Args:
+            axes: axes to draw on. Default: a new figure.
+
+        Raises:
+            SettingError: the bearings do not hold the rotor.
+        """
         return drawn(speed_map_chart(self.record), axes)
 
     def plot_orbits(self) -> Figure:
@@ -49,7 +74,14 @@ class RotorDrawing:
         return drawn(deflections_chart(self.record))
 
     def to_frame(self, name: str = "critical_speeds") -> pd.DataFrame:
-        """The numbers behind a figure: critical_speeds, rotor, campbell, speed_map or mode_shapes."""
+        """Numbers behind a figure.
+
+        Args:
+            name: critical_speeds, rotor, campbell, speed_map or mode_shapes.
+
+        Raises:
+            SettingError: a table of another name.
+        """
         if name not in rotordynamics_text.FRAMES:
             raise unknown("table of a drawing:", name, rotordynamics_text.FRAMES)
         return rotordynamics_text.FRAMES[name](self.record)

@@ -1,4 +1,6 @@
-"""Sizes of weights in the units of their file, and the planes that they are put on: radius, unit of results and holes.
+"""Sizes of weights in the units of their file, and the planes that they are put on.
+
+Radius, unit of results and holes.
 
     planes:
       - {position: 0.2, radius: 120 mm, holes: 12, first_angle_deg: 15, occupied: [3], most: 20 g, step: 0.5 g}
@@ -50,7 +52,10 @@ class Stated:
 
 
 def read_size(block: Block, key: str, plane: Stated | None, value: object = None) -> tuple[float, WeightUnit]:
-    """A size of a weight, kg m, and the unit that it is written in; `value`: an entry of a list instead of the key's."""
+    """A size of a weight, kg m, and the unit that it is written in.
+
+    `value`: an entry of a list instead of the key's.
+    """
     given = block.values[key] if value is None else value
     plane = plane or Stated()
     text = str(given).strip() if plane.own or isinstance(given, str) else ""
@@ -97,7 +102,10 @@ def _is_known(unit: str) -> bool:
 def read_planes(
     blocks: Sequence[Block], weights: Sequence[tuple[Weight, WeightUnit]], planes: Mapping[float, Stated]
 ) -> tuple[Plane, ...]:
-    """The planes of a campaign, in the units of its weights: the unit of the first one in each plane, else of the first of all."""
+    """The planes of a campaign, in the units of its weights.
+
+    The unit of the first one in each plane, else of the first of all.
+    """
     by_position = {block.number("position", "m"): block for block in blocks}
     own: dict[float, WeightUnit] = {}
     for weight, unit in weights:

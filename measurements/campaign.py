@@ -63,7 +63,10 @@ MOST_BYTES = 4 * MAX_BYTES  # of all data files together
 
 @dataclass(frozen=True)
 class CampaignFile(MeasurementSource):
-    """Measured runs of one machine, with and without known weights, from a YAML file that names their CSV files."""
+    """Measured runs of one machine, with or without known weights, from a YAML file.
+
+    The file names their CSV files.
+    """
 
     path: str = setting("", "the YAML file; docs/campaigns.md shows its keys")
     incomplete: str = setting(
@@ -217,7 +220,10 @@ def _swept(entry: RunEntry, run: RunUp) -> SpeedHistory | None:
 
 
 def _direction(entry: RunEntry, run: RunUp) -> str:
-    """Which way the speed goes in a run, as the file states it, or else as its times say; `SettingError` if these contradict each other."""
+    """Direction of the speed in a run, as the file states it, or else by its times.
+
+    Raises `SettingError` if these contradict each other.
+    """
     history = run.history
     of_times = OF_TIMES.get(history.direction, "") if history is not None and history.from_times else ""
     if of_times and entry.direction not in ("", STEADY, of_times):
@@ -229,7 +235,10 @@ def _direction(entry: RunEntry, run: RunUp) -> str:
 
 
 def _alike(entry: RunEntry, run: RunUp, first: RunUp) -> RunUp:
-    """A run with its channels in the order of the first; `SettingError` if it has other ones, or is of another kind."""
+    """A run with its channels in the order of the first.
+
+    Raises `SettingError` if it has other ones, or is of another kind.
+    """
     if set(run.channels) != set(first.channels):
         raise entry.block.error(
             "file",

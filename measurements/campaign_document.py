@@ -1,4 +1,6 @@
-"""The YAML file of a campaign: its runs, where their data lie and which known weights the shaft carried.
+"""The YAML file of a campaign.
+
+Its runs, where their data lie and which known weights the shaft carried.
 
 `measurements/campaign.py` says what the keys mean; each error names the place in the file.
 """

@@ -28,8 +28,10 @@ from measurements.slow_roll import vectors, with_vectors
 def at_common_speeds(
     runs: Sequence[RunUp], names: Sequence[str], reference: str, file: str, *, interpolate: bool = False
 ) -> list[RunUp]:
-    """The runs at their common speeds, with a remark on what that leaves out; `SettingError` if differences from the
-    reference mean nothing."""
+    """The runs at their common speeds, with a remark on what that leaves out.
+
+    Raises `SettingError` if differences from the reference mean nothing.
+    """
     if reference not in names:
         raise SettingError(f"{file}: {unknown('run of measurement.reference:', reference, names)}")
     if len(runs) < 2:

@@ -1,5 +1,8 @@
 # Shorter than 40 lines: sources of data draw numbers, models know none that is drawn.
-"""Numbers of a model that are known to a tolerance, drawn from their priors: the machine as it was built, not as it was drawn."""
+"""Numbers of a model that are known to a tolerance, drawn from their priors.
+
+The machine as it was built, not as it was drawn.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ MAX_DRAWS = 1000  # of one number, until it lies within its limits, six standard
 
 
 def with_drawn_numbers(problem: Problem, x: Array, rng: np.random.Generator) -> tuple[Problem, Array]:
-    """The joint problem, and values (d,) SI of its unknowns: x of the problem's own, all numbers with a tolerance drawn."""
+    """The joint problem, and values (d,) SI of its unknowns.
+
+    x of the problem's own, all numbers with a tolerance drawn.
+    """
     joint, own = problem.joint, problem.parameters.names
     numbers = {item.name: _drawn(item, rng) for item in joint.parameters if item.name not in own}
     return joint, joint_values(problem, joint, x, numbers)

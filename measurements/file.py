@@ -69,7 +69,7 @@ HAS_NO_SLOW_ROLL = re.compile(rf"^\s*#\s*{SUBTRACTED}", re.MULTILINE)
 class File(Answers, MeasurementSource):
     """A measured run-up, coast-down or set of steady speeds from a file, amplitudes with or without phase.
 
-    Where phases were measured, the unbalance's angle is one more unknown: the origin of measured phases is arbitrary.
+    If phases were measured, the unbalance's angle is one more unknown: the origin of measured phases is arbitrary.
     """
 
     incomplete: str = setting(
@@ -134,7 +134,10 @@ class File(Answers, MeasurementSource):
         return rows_at(self._prepared[0], sorted(self._run_up.order.reshape(-1).tolist()))
 
     def fingerprint(self) -> str:
-        """Hash of the file's content, which the settings name but do not hold: a changed file is another measurement."""
+        """Hash of the file's content, which the settings name but do not hold.
+
+        A changed file is another measurement.
+        """
         return hashlib.sha256(self._bytes).hexdigest()[:16]
 
     def layout(self, settings: ProblemSettings) -> Layout:
@@ -159,8 +162,10 @@ class File(Answers, MeasurementSource):
 
     @classmethod
     def of(cls, opened: Opened, settings: Mapping[str, Any]) -> Self:
-        """A file that is open already, with these settings: what was read of it before is not read again. It may have one speed, as
-        a run of a campaign may."""
+        """A file that is open already, with these settings: what was read of it before is not read again.
+
+        It may have one speed, as a run of a campaign may.
+        """
         made = cls.__new__(cls)
         made.__dict__.update(_opened=opened, _least=1)
         cls.__init__(made, path=opened.path, **settings)  # which reads it
@@ -176,7 +181,7 @@ class File(Answers, MeasurementSource):
 
     @cached_property
     def _read_rows(self) -> tuple[Rows, tuple[str, ...], bool, Notation]:
-        """The rows as they stand in the file, the remarks on them, whether slow roll is subtracted there, and its notation."""
+        """Rows as they stand in the file, remarks on them, whether slow roll is subtracted, and notation."""
         if self.format != OWN:
             return foreign_rows(self._opened, self)
         text = text_of(self._bytes, self.path)
@@ -187,7 +192,10 @@ class File(Answers, MeasurementSource):
 
     @cached_property
     def _prepared(self) -> tuple[Rows, tuple[str, ...]]:
-        """The rows after all steps that the settings request, one after the other, and the remarks on these steps."""
+        """Rows after all steps that the settings request, and the remarks on these steps.
+
+        The steps follow one another.
+        """
         rows, read_remarks, is_compensated, _ = self._read_rows
         remarks: list[str | None] = [*read_remarks]
         if self.sweep not in (None, ANY):

@@ -1,5 +1,7 @@
-"""How large a hidden effect is that nobody gives a size: as large as the response itself, or as shows by a given drop of
-the deviance; and the rotor stays stable.
+"""Size of a hidden effect without a given size.
+
+It is as large as the response itself, or as shows by a given drop of the deviance;
+and the rotor stays stable.
 
 A draw of an effect is kept if the rotor is stable with it, and the root mean square over speeds and channels of what it
 changes, as the data see it, is between `NOTICED` times the root mean square of the response without it. Else all its
@@ -76,8 +78,11 @@ def size_of_drop(
     observable: Observable,
     rng: np.random.Generator,
 ) -> Array:
-    """Values (e,) SI with which the nearest fit without the effect leaves a deviance of `drop` in data without noise: a draw,
-    scaled by one factor, as far as its limits and the stability of the rotor admit."""
+    """Values (e,) SI with which the nearest fit without the effect has an expected deviance drop.
+
+    The deviance of `drop` is in data without noise. The values are a draw, scaled by one factor, as far as its limits
+    and the stability of the rotor admit.
+    """
     theta = np.array(effect.draw(problem, rng), dtype=float)
     extended = effect.added_to(problem)
     largest = _largest_factor(theta, effect.parameters(problem))
@@ -100,8 +105,10 @@ def size_of_drop(
 def _left_by_fit(
     problem: Problem, extended: Problem, x: Array, noise: Noise, observable: Observable, start: Array
 ) -> tuple[float, Array]:
-    """The deviance that a fit from a start (d,) in the unit cube leaves in the noise-free data of an extended problem at
-    values (d + e,) SI, and where it ends."""
+    """Deviance of a fit to the noise-free data of an extended problem, and the end of the fit.
+
+    The fit starts from (d,) in the unit cube; the data are at values (d + e,) SI.
+    """
     data = Measurement(problem.speed, problem.channels, observable.seen(extended.response(x[None])[0]), noise, "made")
     likelihood = Likelihood(Model(problem), data)
     fitted = maximise(likelihood, start).theta
@@ -112,7 +119,7 @@ def _left_by_fit(
 def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, observable: Observable) -> Array:
     """Rms change of the response by an effect, relative to the rms response without it, (n,).
 
-    For values (n, d + e) SI of an extended problem and x (d,) of the problem without the effect.
+    It is for values (n, d + e) SI of an extended problem and x (d,) of the problem without the effect.
     """
     without = observable.seen(problem.response(x[None])[0])
     changed = observable.seen(extended.response(sets)) - without
@@ -130,7 +137,10 @@ def _largest_factor(theta: Array, parameters: tuple[Parameter, ...]) -> float:
 
 
 def _largest_stable(is_stable: Callable[[float], bool], largest: float) -> float:
-    """The largest factor with which the rotor is stable, or one where it becomes unstable. 0 where none is found."""
+    """The largest factor with which the rotor is stable, or one where it becomes unstable.
+
+    It is 0 if none is found.
+    """
     if is_stable(largest):
         return largest
     low, high = SMALLEST * largest, largest

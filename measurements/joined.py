@@ -15,8 +15,11 @@ from measurements.run_up_rows import Rows
 
 
 def joined(sources: Sequence[File]) -> tuple[Rows, tuple[str, ...]]:
-    """The rows of all files, and remarks that name the file; standard deviations only if every file has them. Times are left out, as
-    each file has a clock of its own. Raises `SettingError` if files do not fit each other."""
+    """The rows of all files, and remarks that name the file.
+
+    Standard deviations only if every file has them. Times are left out, as each file has a clock of its own. Raises
+    `SettingError` if files do not fit each other.
+    """
     rows = [source.used_rows for source in sources]
     first = sources[0].path
     for source, own in zip(sources, rows):

@@ -23,7 +23,10 @@ ChannelCells = tuple[float, str, float]  # position (m), direction, harmonic
 
 @dataclass(frozen=True)
 class RunUp:
-    """Contents of a file, SI, speeds rising; `first_lines` are the lines in which each channel appears first."""
+    """Contents of a file, SI, speeds rising.
+
+    `first_lines` are the lines in which each channel appears first.
+    """
 
     speed: Array  # (n_speed,) rad/s
     channels: tuple[Channel, ...]
@@ -45,8 +48,10 @@ def run_up(
     least: int = 2,
     repeats: bool = False,
 ) -> RunUp:
-    """Rows in any order as a table of `least` speeds or more and channels, SI. With `repeats` a speed may be measured several
-    times: the n-th rows of its channels belong together."""
+    """Rows in any order as a table of `least` speeds or more and channels, SI.
+
+    With `repeats` a speed may be measured several times: the n-th rows of its channels belong together.
+    """
     low, high = speed_from or 0.0, speed_to or math.inf
     used = [index for index, speed in enumerate(rows.speed) if low <= speed <= high]
     if not used:
@@ -87,7 +92,10 @@ def run_up(
 def _by_speed(
     rows: Rows, used: Sequence[int], path: str, repeats: bool
 ) -> tuple[dict[ChannelCells, int], dict[tuple[float, int], dict[ChannelCells, int]]]:
-    """The first line of each channel; and the row of each channel by speed and by how many times it was measured there before."""
+    """First line of each channel, and its rows by speed and repeat.
+
+    The repeat is how many times the channel was measured there before.
+    """
     first_lines: dict[ChannelCells, int] = {}
     by_speed: dict[tuple[float, int], dict[ChannelCells, int]] = {}
     for index in used:
@@ -148,7 +156,10 @@ def _check_zeros(path: str, amplitude: Array, first_lines: Mapping[ChannelCells,
 
 
 def _check_harmonics(path: str, first_lines: Mapping[ChannelCells, int], *, has_phases: bool) -> None:
-    """Amplitudes are refused where the measurement would refuse them (`ksmea.measurement.measurement`), with the line."""
+    """Check that amplitudes have only harmonics that the measurement accepts, with the line.
+
+    See `ksmea.measurement.measurement`.
+    """
     others = [(cells, line) for cells, line in first_lines.items() if not Channel(*cells).is_1x]
     if others and len(others) == len(first_lines):
         raise SettingError(f"{path}: expected rows at harmonic 1, got none; add the 1X vibration")

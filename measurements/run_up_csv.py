@@ -34,8 +34,10 @@ def _exact(number: float) -> str:
 
 
 def as_csv(measurement: Measurement, remarks: Sequence[str] = (), time: Array | None = None) -> str:
-    """A measurement as such a file, in the order of its speeds, or of `time` (n_speed,) s; the way back is exact to eight
-    digits. Noise that is known becomes `sigma_um`."""
+    """A measurement as such a file, in the order of its speeds, or of `time` (n_speed,) s.
+
+    The way back is exact to eight digits. Noise that is known becomes `sigma_um`.
+    """
     noise = measurement.noise
     optional = {
         "phase_lead_deg": None if measurement.is_amplitude else np.angle(measurement.values) / DEGREE,

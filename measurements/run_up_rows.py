@@ -52,7 +52,10 @@ MAX_QUOTED = 40  # characters of a file that a message quotes
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of a file in its order and units, column by column; a column that is empty throughout is None."""
+    """The rows of a file in its order and units, column by column.
+
+    A column that is empty throughout is None.
+    """
 
     line: list[int]
     speed: list[float]
@@ -70,7 +73,10 @@ def rows_at(rows: Rows, indices: Sequence[int]) -> Rows:
 
 
 def to_digits(rows: Rows) -> Rows:
-    """The rows to as many digits as conversions of units and means leave true: 118.4 mil is 3007.36 µm, not 3007.3600000000003."""
+    """The rows to as many digits as conversions of units and means leave true.
+
+    118.4 mil is 3007.36 µm, not 3007.3600000000003.
+    """
     found = {key: getattr(rows, key) for key in ("speed", "amplitude", "phase", "sigma", "time")}
     return replace(
         rows, **{key: values and [float(f"{each:.{DIGITS}g}") for each in values] for key, values in found.items()}

@@ -78,7 +78,10 @@ def _cubic(speed: Array, values: Array | ComplexArray, right: Indices, at: Array
 
 
 def at_shared_speeds(rows: Rows, path: str) -> tuple[Rows, str | None]:
-    """The rows with every channel at the common speeds, and what that did; as they are where all have the same."""
+    """The rows with every channel at the common speeds, and what that did.
+
+    They are unchanged if all have the same speeds.
+    """
     channels = by_channel(rows)
     speed = np.array(rows.speed)
     sets = [frozenset(speed[indices].tolist()) for indices in channels.values()]

@@ -62,7 +62,10 @@ def without_slow_roll(rows: Rows, highest: float, path: str) -> tuple[Rows, str]
 
 
 def _first_peak(rows: Rows, indices: Indices) -> float | None:
-    """Speed (rpm) of the first resonance of a channel at 1X: the lowest peak that stands out; None without one."""
+    """Speed (rpm) of the first resonance of a channel at 1X: the lowest peak that stands out.
+
+    None without one.
+    """
     speed, amplitude = np.array(rows.speed)[indices], np.array(rows.amplitude)[indices]
     if rows.channel[indices[0]][2] != 1:
         return None

@@ -57,8 +57,10 @@ def has_both(rows: Rows) -> bool:
 
 
 def rows_of_sweep(rows: Rows, sweep: str, path: str) -> tuple[Rows, str]:
-    """The rows in which the speed goes up, or down, and a remark on the others. Raises `SettingError` if such
-    a part is missing or there are several."""
+    """The rows in which the speed goes up, or down, and a remark on the others.
+
+    Raises `SettingError` if such a part is missing or there are several.
+    """
     speed, kept = np.array(rows.speed), []
     sense = 1 if sweep == UP else -1
     for channel, indices in by_channel(rows).items():
@@ -99,7 +101,10 @@ STRAIGHTER = 3.0  # times as near as those of a speed that rises evenly from row
 
 
 def speed_history(speed: Array, time: Array | None) -> SpeedHistory | None:
-    """History of speeds (n,) rad/s in the order of their rows, with times (n,) s or none; None if they are no sweep."""
+    """History of speeds (n,) rad/s in the order of their rows, with times (n,) s or none.
+
+    None if they are no sweep.
+    """
     steps = np.diff(speed)
     if time is not None and len(speed) >= FEWEST and time[-1] > time[0]:
         return _timed(speed, time) if _is_one_way(speed) else None
@@ -113,7 +118,10 @@ def speed_history(speed: Array, time: Array | None) -> SpeedHistory | None:
 
 
 def _is_grid(steps: Array) -> bool:
-    """Whether steps (n - 1,) form a grid, or grids in turn: steady speeds are set evenly, and more finely at criticals."""
+    """Whether steps (n - 1,) form a grid, or grids in turn.
+
+    Steady speeds are set evenly, and more finely at criticals.
+    """
     close = EVEN * abs(steps.mean())
     rows = np.split(steps, np.flatnonzero(np.abs(np.diff(steps)) > close) + 1)
     lengths = np.array([len(row) for row in rows])

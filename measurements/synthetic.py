@@ -151,8 +151,10 @@ class Synthetic(MeasurementSource):
         return self._layout(settings.build())
 
     def true_values(self, settings: ProblemSettings) -> dict[str, float]:
-        """True value of every unknown by name, SI; 0 for unknowns that this measurement adds. Raises `SettingError` if such data
-        cannot be made: a name or a location is missing, or the rotor is unstable."""
+        """True value of every unknown by name, SI; 0 for unknowns that this measurement adds.
+
+        Raises `SettingError` for a missing name or location, or an unstable rotor.
+        """
         values, rng = self._values(settings), np.random.default_rng(0)
         if self.expected_drop is None:
             self._hide(settings, values, rng)
@@ -226,7 +228,7 @@ class Synthetic(MeasurementSource):
     def with_hidden(
         self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
     ) -> tuple[Problem, Array] | None:
-        """A problem with what data drawn by `hidden` hide, and the true values (e,) SI of the unknowns that this adds."""
+        """Problem with what data drawn by `hidden` hide, and true values (e,) SI of the added unknowns."""
         if not self.hidden:
             return None
         return _with(problem, self._hide(settings, self._values(settings), hidden))
@@ -234,8 +236,7 @@ class Synthetic(MeasurementSource):
     def _hide(
         self, settings: ProblemSettings, truth: Mapping[str, float], rng: np.random.Generator
     ) -> Sequence[Hidden]:
-        """Effects that data of a problem hide, at the true values (SI) of its own unknowns. The last ones drawn are kept: sizes by a
-        deviance require fits, and a run needs its measurement, the hidden effects and a problem with them."""
+        """Effects that data of a problem hide, at true values (SI) of its unknowns; the last ones are kept."""
 
         def drawn() -> tuple[Sequence[Hidden], Mapping[str, Any]]:
             return self._effects(self._machine(settings), self._seen(settings), truth, rng), rng.bit_generator.state
@@ -382,7 +383,7 @@ def _within(parameter: Parameter, size: float) -> float:
 def _drawn_location(
     name: str, problem: Problem, seen: Measurement, taken: Sequence[AnyEffect], rng: np.random.Generator
 ) -> AnyEffect:
-    """An effect, as the runs that are measured have it, at one of its locations that are not taken, each as likely as any other."""
+    """Effect, as in the measured runs, at a free location, each with equal probability."""
     try:
         effect: AnyEffect = registry.create("effect", name, {})
         effect = effect.seen_in(seen) or effect

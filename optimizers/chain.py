@@ -24,7 +24,7 @@ from ksmea.settings.settings import Settings, setting
 class Chain(Optimizer):
     """Two optimisers, one after the other, each a stage of the trace.
 
-    Without a budget each takes what it requests.
+    Without a budget each takes as much as it requests.
     """
 
     first: str = setting("de", "the optimiser that begins")

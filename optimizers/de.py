@@ -62,7 +62,10 @@ class DE(Optimizer):
         return objective.result()
 
     def _evolve(self, objective: Objective, members: Array, rng: np.random.Generator) -> None:
-        """Eqs. (26)–(28), each generation drawn and evaluated as arrays: rand/1/bin from members (population, dim)."""
+        """Eqs. (26)–(28), each generation drawn and evaluated as arrays.
+
+        Rand/1/bin from members (population, dim).
+        """
         values = finite(objective(members))
         for _ in range(self.generations):
             trials = self._trials(members, rng)

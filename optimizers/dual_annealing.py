@@ -21,7 +21,9 @@ from ksmea.settings.settings import setting
 
 @dataclass(frozen=True)
 class DualAnnealing(Optimizer):
-    """Simulated annealing with heavy-tailed steps, and L-BFGS-B with difference quotients where it has found a better point.
+    """Simulated annealing with heavy-tailed steps, and L-BFGS-B from each better point.
+
+    L-BFGS-B uses difference quotients.
 
     It evaluates one point at a time.
     """

@@ -25,7 +25,7 @@ from ksmea.settings.settings import setting
 
 @dataclass(frozen=True)
 class LM(Optimizer):
-    """Bounded least squares (trust region reflective) from the best, mutually distant points of a screening.
+    """Bounded least squares (trust region reflective) from distant best points of a screening.
 
     It evaluates `screening` points, the misfit at the starts, and at most `max_iterations` points from each start
     in addition to Jacobians. Of a budget at most half is screened, so that the best of it is sure to be evaluated.

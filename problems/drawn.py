@@ -1,4 +1,6 @@
-"""Rotors drawn from ranges, so that methods are compared on many machines and none can be tuned to one of them.
+"""Rotors drawn from ranges, for comparing methods on many machines.
+
+No method can be tuned to one of them.
 
 An instance is drawn by a generator that its family, its set and its number alone seed, and rounded to four digits: it is the same
 on every machine. The ranges lie about published rotors: the three-disk rotor of Table 1 and the RK-4 rigs (`problems/three_disk.py`,
@@ -105,7 +107,10 @@ FAMILIES = {
 
 @dataclass(frozen=True)
 class Drawn(ProblemSettings):
-    """A rotor drawn from the ranges of its family: shaft, disks, bearings, unbalance, probes, speeds, search limits."""
+    """A rotor drawn from the ranges of its family.
+
+    Shaft, disks, bearings, unbalance, probes, speeds, search limits.
+    """
 
     family: str = setting(
         "three_disk",

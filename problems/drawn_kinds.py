@@ -1,4 +1,6 @@
-"""Machines of five kinds, drawn from ranges, on which a diagnosis is counted: as strangers have them, not the rotor it was built on.
+"""Machines of five kinds, drawn from ranges, on which a diagnosis is counted.
+
+They are machines of others, not the rotor that the diagnosis was built on.
 
 Between bearings, with one overhung disk, with a disk on either overhang, a small rig with a flexible shaft, and a long shaft with many
 disks and two critical speeds in its band. Bearings of one kind, of each its own, or of one alone are unknown, of two or three bearings;
@@ -133,7 +135,10 @@ def _disk(kind: Kind, place: float, radius: float, rng: np.random.Generator) -> 
 def _with_unknowns(
     kind: Kind, rotor: Rotor, disks: Sequence[float], rng: np.random.Generator
 ) -> tuple[tuple[Unknown, ...], dict[str, float], Rotor]:
-    """The unknowns of some bearings and of one unbalance or two, their true values, and the rotor with all that is known."""
+    """Unknowns of some bearings and of one unbalance or two, true values, and the rotor.
+
+    The rotor has all that is known.
+    """
     true, targets = {}, dict[str, tuple[Target, ...]]()
     free, n = SETS[rng.integers(len(SETS))], len(rotor.bearings)
     k, c = log_uniform(kind.stiffness, rng), log_uniform(kind.damping, rng)

@@ -1,4 +1,7 @@
-"""Ranges that drawn machines of all families and kinds share: sizes of a turbine and of a rig, steel, and what an unknown measures."""
+"""Ranges that drawn machines of all families and kinds share.
+
+They are sizes of a turbine and of a rig, steel, and the scale of an unknown.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +24,10 @@ QUANTITY_BY_LETTER = {
 
 @dataclass(frozen=True)
 class Machine:
-    """Ranges of a kind of machine, SI: values of the published one, about 0.6 to 1.6 times as small and as large; what nobody
-    published is named as such."""
+    """Ranges of a kind of machine, SI.
+
+    Values of the published one, about 0.6 to 1.6 times as small and as large; what nobody published is named as such.
+    """
 
     shaft_radius: Range
     span: Range  # between the bearings

@@ -1,4 +1,6 @@
-"""Parts of real machines that drawn rotors may have: bearings as tables over speed, seals, supports, layers.
+"""Parts of real machines that drawn rotors may have.
+
+Bearings as tables over speed, seals, supports, layers.
 
 Each part turns a drawn rotor with its unknowns and their true values into another one. Nobody published such a machine with its truth:
 the ranges are chosen about what is usual, in parts of the bearings and the rotor that were drawn.
@@ -80,7 +82,10 @@ def with_seals(draw: Draw, rng: np.random.Generator) -> Draw:
 
 
 def with_supports(draw: Draw, rng: np.random.Generator) -> Draw:
-    """Each bearing on a support of known mass and loss factor; its stiffness is known or, as likely, one more unknown."""
+    """Each bearing on a support of known mass and loss factor.
+
+    Its stiffness is known or, as likely, one more unknown.
+    """
     stiffness = rounded(draw.typical("k") * log_uniform(SUPPORT_STIFFNESS, rng))
     in_y = rounded(stiffness * rng.uniform(*SUPPORT_ANISOTROPY))
     mass = rounded(draw.rotor.mass * log_uniform(SUPPORT_MASS, rng))
@@ -99,7 +104,10 @@ def with_supports(draw: Draw, rng: np.random.Generator) -> Draw:
 
 
 def with_layers(draw: Draw, rng: np.random.Generator) -> Draw:
-    """A sleeve around a piece of the shaft between the bearings: its mass alone or, as likely, its stiffness too."""
+    """A sleeve around a piece of the shaft between the bearings.
+
+    Its mass alone or, as likely, its stiffness too.
+    """
     rotor = draw.rotor
     inner = range(1, len(rotor.segments) - 1)  # without both overhangs
     place = inner[int(rng.integers(len(inner)))]
@@ -113,7 +121,10 @@ def with_layers(draw: Draw, rng: np.random.Generator) -> Draw:
 
 
 def with_tables(draw: Draw, rng: np.random.Generator) -> Draw:
-    """Direct coefficients of both bearings as tables over speed that were calculated; the truth is a factor times each, and unknown."""
+    """Direct coefficients of both bearings as tables over speed that were calculated.
+
+    The truth is a factor times each, and unknown.
+    """
     ratio = np.array(draw.table_speeds) / (AT_SPEED * draw.fastest)
     columns: dict[str, list[float]] = {}
     unknowns: list[Unknown] = []

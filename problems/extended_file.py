@@ -1,4 +1,6 @@
-"""A problem extended by effects, described in a YAML file: `problem=extended problem.file=extended.yaml`.
+"""A problem extended by effects, described in a YAML file.
+
+`problem=extended problem.file=extended.yaml`.
 
     problem: {name: three_disk, mesh: 13, sensors: [0.1, 0.5]}  # any problem with its settings
     effects:                                                     # python -m bench help effect
@@ -38,7 +40,9 @@ NESTED = "extended"  # the name that this problem is registered under
 
 @dataclass(frozen=True)
 class ExtendedFile(ProblemSettings):
-    """A problem extended by effects that its baseline model lacks, described in a YAML file, as a diagnosis writes it.
+    """Problem extended by effects that its baseline model lacks, from a YAML file.
+
+    A diagnosis writes such a file.
 
     The file is read once, when it is first needed; a relative path starts at the working directory.
     """
@@ -71,7 +75,10 @@ class ExtendedFile(ProblemSettings):
         return {**self._settings.reference(), **added, **given}
 
     def fingerprint(self) -> str:
-        """Hash of what the settings name but do not hold: the content of the file, and of a file that it names."""
+        """Hash of what the settings name but do not hold.
+
+        The content of the file, and of a file that it names.
+        """
         return hashlib.sha256(self._content + self._settings.fingerprint().encode()).hexdigest()[:16]
 
     @staticmethod

@@ -1,5 +1,6 @@
-"""The Bently Nevada RK-4 rig of the reference paper, Table 7: Han, Guo & Gao, J. Sound Vib. 332 (2013) 2659–2671,
-doi 10.1016/j.jsv.2012.12.025.
+"""The Bently Nevada RK-4 rig of the reference paper, Table 7: Han, Guo & Gao, J. Sound Vib.
+
+332 (2013) 2659–2671, doi 10.1016/j.jsv.2012.12.025.
 
 One disk halfway between two ball bearings on a slender shaft. The table gives a length of 320 mm and an overhung
 length of 120 mm, but neither where the overhang lies nor what the 320 mm span, nor the disk's size. With the
@@ -68,7 +69,10 @@ ASSUMED_DAMPING = 1000.0
 
 @dataclass(frozen=True)
 class RK4(ProblemSettings):
-    """The RK-4 rig of Table 7 on two equal bearings: four bearing coefficients and the disk's unbalance are unknown."""
+    """The RK-4 rig of Table 7 on two equal bearings.
+
+    Four bearing coefficients and the disk's unbalance are unknown.
+    """
 
     layout: str = setting(
         "span_320",
@@ -180,7 +184,10 @@ def rk4_rotor(
     material: Material,
     mesh: int | None,
 ) -> Rotor:
-    """The rotor without the values of its unknowns: bearings and unbalance have their positions only; lengths in m."""
+    """The rotor without the values of its unknowns: bearings and unbalance have their positions only.
+
+    Lengths in m.
+    """
     length, middle = span + overhang, span / 2
     if disk_thickness is None:
         disk_thickness = solid_thickness(disk_radius, material.density)

@@ -1,5 +1,6 @@
-"""A Bently Nevada RK-4 rig with two disks whose run-up is public: M-Nouioua/rk4-rotor-unbalance-estimation (GitHub,
-commit f3fd3be0; raw data on Zenodo, CC BY 4.0).
+"""A Bently Nevada RK-4 rig with two disks whose run-up is public.
+
+M-Nouioua/rk4-rotor-unbalance-estimation (GitHub, commit f3fd3be0; raw data on Zenodo, CC BY 4.0).
 
 Its owners give the shaft's diameter, the disks' mass and size, and two descriptions of the axial layout: a beam
 model of 28 elements of 20 mm with bearings at 40 and 520 mm, disks at 160 and 400 mm and probes at 120 and 440 mm,
@@ -54,8 +55,11 @@ POISSON_RATIO = 0.3  # of steel; it enters through shear, which a slender shaft 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where things sit on the shaft of 560 mm, m from its left end, and the coefficients (N/m, N s/m) with which this
-    model has what the owners read: criticals at 1648 and 1750 rpm, damping ratio 0.04 of the lower mode."""
+    """Positions on the shaft of 560 mm, m from its left end, and coefficients (N/m, N s/m).
+
+    With these this model has what the owners read: criticals at 1648 and 1750 rpm, damping ratio 0.04 of the lower
+    mode.
+    """
 
     bearings: tuple[float, float]
     disks: tuple[float, float]
@@ -110,8 +114,10 @@ TARGETS: dict[str, tuple[Target, ...]] = {  # what each unknown sets; both suppo
 
 @dataclass(frozen=True)
 class RK4TwoDisk(ProblemSettings):
-    """The two-disk RK-4 rig on two equal soft supports: four support coefficients and each disk's unbalance, as
-    magnitude and phase, are unknown."""
+    """The two-disk RK-4 rig on two equal soft supports.
+
+    Four support coefficients and each disk's unbalance, as magnitude and phase, are unknown.
+    """
 
     layout: str = setting(
         "beam_model",

@@ -26,7 +26,9 @@ OF_OTHERS = (".toml", ".json")  # names of models of other programs
 
 @dataclass(frozen=True)
 class RotorFile(ProblemSettings):
-    """A rotor described in a YAML file: shaft, disks, bearings, unbalance, probes, speeds, and what is unknown.
+    """A rotor described in a YAML file.
+
+    Shaft, disks, bearings, unbalance, probes, speeds, and what is unknown.
 
     The file is read once, when it is first needed; a relative path starts at the working directory.
     """
@@ -65,8 +67,11 @@ class RotorFile(ProblemSettings):
         return dict(self._description.reference)
 
     def fingerprint(self) -> str:
-        """Hash of what the settings name but do not hold: the content of the file, then of each table that it names, next to its path from
-        there. A changed file is another problem."""
+        """Hash of what the settings name but do not hold.
+
+        The content of the file, then of each table that it names, next to its path from there. A changed file is
+        another problem.
+        """
         tables = {word.partition("#")[0]: _hash(held) for word, held in self._description.tables.items()}
         return "; ".join([_hash(self._content), *(f"{content} {path}" for path, content in tables.items())])
 

@@ -1,4 +1,6 @@
-"""Settings of rotor problems: band of speeds, search limits in engineering units, probes, and the largest model accepted.
+"""Settings of rotor problems.
+
+Band of speeds, search limits in engineering units, probes, and the largest model accepted.
 
 A model takes a dynamic stiffness matrix of n_dof = 4 (n_element + 1) rows per speed, and n_dof³ operations to solve it: an input
 error in a file must neither fill the memory nor take hours.
@@ -47,7 +49,10 @@ FIVE_UNKNOWNS: Units = {  # of the reference paper: two equal bearings and one u
 def limited_parameters(
     units: Units, defaults: Mapping[str, Sequence[float]], limits: Mapping[str, Sequence[float]]
 ) -> list[Parameter]:
-    """One parameter per name in `units`, in that order; a name that is not in `limits` has its default limits."""
+    """One parameter per name in `units`, in that order.
+
+    A name that is not in `limits` has its default limits.
+    """
     for name in limits:
         if name not in units:
             raise unknown("name in limits:", name, units)
@@ -87,8 +92,10 @@ MAX_RECEPTANCES = (
 
 
 def check_size(n_element: int, n_speed: int) -> None:
-    """Raise `SettingError` if a model with so many elements and speeds is larger than any use of it: by the banded route, whose cost
-    is proportional to both."""
+    """Raise `SettingError` if a model with so many elements and speeds is larger than any use of it.
+
+    The limit is for the banded route, whose cost is proportional to both.
+    """
     if n_element > MAX_ELEMENTS:
         raise SettingError(f"mesh: expected at most {MAX_ELEMENTS} elements in all, got {n_element}; take fewer")
     n_dof = DOF_PER_NODE * (max(n_element, 1) + 1)

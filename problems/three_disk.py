@@ -1,6 +1,7 @@
-"""The three-disk rotor of the reference paper, Table 1: Han, Guo & Gao, J. Sound Vib. 332 (2013) 2659–2671,
-doi 10.1016/j.jsv.2012.12.025. It is the example rotor of Lalanne & Ferraris, Rotordynamics Prediction in
-Engineering (Wiley, 1998).
+"""The three-disk rotor of the reference paper, Table 1: Han, Guo & Gao, J. Sound Vib.
+
+332 (2013) 2659–2671, doi 10.1016/j.jsv.2012.12.025. It is the example rotor of Lalanne & Ferraris, Rotordynamics
+Prediction in Engineering (Wiley, 1998).
 
 Two equal bearings without cross-coupling carry the shaft at its ends; their four coefficients and the unbalance on
 the second disk are the unknowns.

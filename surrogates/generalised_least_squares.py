@@ -1,4 +1,6 @@
-"""Generalised least squares of many outputs on one trend with correlated departures, by Cholesky and QR.
+"""Generalised least squares of many outputs on one trend, by Cholesky and QR.
+
+Departures are correlated.
 
 The trend of a Kriging model is the polynomial f(u)ᵀβ that the correlated departures are added to, eq. (9).
 
@@ -123,8 +125,9 @@ class GeneralisedLeastSquares:
         return 2.0 * float(np.sum(np.log(np.diagonal(self.cholesky))))
 
     def leave_one_out(self) -> Array:
-        """Errors (n, q) of predicting each sample from the others, θ fixed and β estimated anew; infinite for a sample
-        that alone determines a term of the trend.
+        """Errors (n, q) of predicting each sample from the others, θ fixed and β estimated anew.
+
+        Infinite for a sample that alone determines a term of the trend.
 
         Dubrule 1983 (doi 10.1007/BF01033232): the error is γ_i/B_ii with B = R⁻¹ − R⁻¹F(FᵀR⁻¹F)⁻¹FᵀR⁻¹, the block of
         the inverse of the augmented matrix of eq. (20); here B = C⁻ᵀ(I − QQᵀ)C⁻¹, whose diagonal is a sum of squares.
@@ -171,7 +174,10 @@ def generalised_least_squares(
 
 
 def factorise(correlation: Array, nugget: float) -> tuple[Array, float]:
-    """Cholesky factor of R + nugget·I and the nugget used: the one given, or the first of the ladder above it that works."""
+    """Cholesky factor of R + nugget·I and the nugget used.
+
+    The one given, or the first of the ladder above it that works.
+    """
     n = len(correlation)
     climbing = (nugget, *(step for step in NUGGET_LADDER if step > nugget))
     for step in climbing:

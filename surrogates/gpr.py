@@ -43,8 +43,10 @@ class GPRPredictor(Predictor):
         return sd.reshape(len(u), -1) ** 2
 
     def leave_one_out(self) -> Array:
-        """Root mean square leave-one-out error of each output (q,), mean and kernel as they are: α_i / (K⁻¹)_ii (Rasmussen
-        & Williams, eq. (5.12))."""
+        """Root mean square leave-one-out error of each output (q,), mean and kernel as they are.
+
+        α_i / (K⁻¹)_ii (Rasmussen & Williams, eq. (5.12)).
+        """
         inverse = solve_triangular(self.regressor.L_, np.eye(len(self.regressor.L_)), lower=True)
         errors = self.regressor.alpha_.reshape(len(inverse), -1) / np.sum(inverse**2, axis=0)[:, None]
         return np.sqrt(np.mean(errors**2, axis=0)) * self.spread
@@ -126,5 +128,8 @@ class GPR(Surrogate):
         return GPRPredictor(regressor, y.std(axis=0))
 
     def _length(self, theta: Any) -> Any:
-        """Length scale ℓ of a kernel: its θ is 1/(2ℓ²) in a Gaussian and 1/ℓ² in a Matérn one, as in `kriging`."""
+        """Length scale ℓ of a kernel.
+
+        Its θ is 1/(2ℓ²) in a Gaussian and 1/ℓ² in a Matérn one, as in `kriging`.
+        """
         return 1.0 / np.sqrt((2.0 if self.kernel == "gaussian" else 1.0) * theta)

@@ -1,4 +1,6 @@
-"""Universal Kriging of the unbalance response, eqs. (7)–(22) of Han, Guo & Gao 2013 (doi 10.1016/j.jsv.2012.12.025).
+"""Universal Kriging of the unbalance response.
+
+Source: Han, Guo & Gao 2013, doi 10.1016/j.jsv.2012.12.025, eqs. (7)–(22).
 
 What the paper leaves open is a setting here: the trend, the correlation, which outputs share θ and what θ minimises.
 The defaults are what converged best on the three-disk rotor, whose peaks are sharp (damping ratio about 4e-4):
@@ -89,7 +91,9 @@ class Kriging(Surrogate):
         return self._fit(u, y, lambda group, objective: self._estimated_theta(objective, rng))
 
     def refit(self, previous: Predictor, u: Array, y: Array, rng: np.random.Generator) -> KrigingPredictor:
-        """`fit` with the search started at the θ of an earlier predictor of the same outputs: no ladder, no restarts.
+        """Fit with the search started at the θ of an earlier predictor of these outputs.
+
+        It has no ladder and no restarts.
 
         For loops that add a few samples at a time; a third to a half of the time of a fit. Neither rng nor anything of
         the earlier predictor but its θ is used.
@@ -104,7 +108,7 @@ class Kriging(Surrogate):
         return self._fit(u, y, theta_near_previous)
 
     def _fit(self, u: Array, y: Array, estimate_theta: Callable[[int, ThetaObjective], Array]) -> KrigingPredictor:
-        """The model whose θ, of each group of outputs by number, is what `estimate_theta` finds, or what is fixed."""
+        """Model whose θ, by number of the group of outputs, is estimated by `estimate_theta` or fixed."""
         u, y, n_repeated = _without_repeats(u, y)
         n, d = u.shape
         if n < self.least_samples(d):

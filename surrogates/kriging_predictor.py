@@ -1,4 +1,7 @@
-"""The fitted universal Kriging model: prediction, its variance, leave-one-out errors and one more sample."""
+"""The fitted universal Kriging model.
+
+Prediction, its variance, leave-one-out errors and one more sample.
+"""
 
 from __future__ import annotations
 
@@ -105,13 +108,18 @@ class KrigingPredictor(Predictor):
         return variance * self.spread**2
 
     def leave_one_out(self) -> Array:
-        """Root mean square over samples of the leave-one-out error of each output (q,), θ fixed, β estimated anew."""
+        """Root mean square leave-one-out error of each output (q,) over samples.
+
+        θ is fixed, β is estimated anew.
+        """
         return self.spread * self._over_groups(
             lambda group: np.sqrt(np.mean(group.estimate.leave_one_out() ** 2, axis=0))
         )
 
     def append(self, u: Array, y: Array) -> KrigingPredictor:
-        """The predictor with one more sample u (d,), y (q,), θ as it is: a row of the Cholesky factor, not a new fit.
+        """Predictor with one more sample u (d,), y (q,), θ as it is.
+
+        It adds a row of the Cholesky factor and is not a new fit.
 
         A sample that is there already changes nothing: the model is deterministic.
         """

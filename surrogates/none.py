@@ -26,5 +26,5 @@ class NoSurrogate(Surrogate):
         return 1
 
     def fit(self, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
-        """Never requested: samples say nothing that the true model, which a method evaluates instead, does not."""
+        """Never requested: a method evaluates the true model in its place."""
         raise TypeError("surrogate=none: expected a method that evaluates the true model, got a fit to samples")

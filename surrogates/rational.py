@@ -35,8 +35,10 @@ LEAST_RELATIVE = 1e-3  # of the typical response: errors of smaller ones are tak
 
 @dataclass(frozen=True)
 class Rational(Surrogate):
-    """Settings of the rational surrogate of a linear rotor, exact from few samples (`docs/rational.md`). It needs the
-    problem's impedances (`with_structure`); samples alone, without a problem, are fitted by its substitute.
+    """Settings of the rational surrogate of a linear rotor, exact from few samples (`docs/rational.md`).
+
+    It needs the problem's impedances (`with_structure`); samples alone, without a problem, are fitted by its
+    substitute.
 
     Its outputs are complex responses, whatever is measured.
     """
@@ -149,7 +151,10 @@ class RationalPredictor(Predictor):
         return self.outputs.encode(evaluate(self.coefficients, terms, self.structure.loads(x)))
 
     def leave_one_out(self) -> Array | None:
-        """Root mean square error of each output (q,), half of each response's in its real and half in its imaginary part."""
+        """Root mean square error of each output (q,).
+
+        Half of each response's error is in its real and half in its imaginary part.
+        """
         if self.error is None:
             return None
         each = np.sqrt(np.mean(self.error**2, axis=0) / 2).ravel()

@@ -1,4 +1,6 @@
-"""Rational functions of impedances by linear least squares, one per speed, with a denominator that all channels share.
+"""Rational functions of impedances by linear least squares, one per speed.
+
+All channels share a denominator.
 
 From N_c(z, w) − y_c Q(z) = 0 at each sample and channel c, with N_c = Σ_l w_l N_cl(z) linear in the loads w, all coefficients
 are the right singular vector of the smallest singular value: Sanathanan & Koerner, IEEE Trans. Autom. Control 8 (1963) 56–58,
@@ -57,7 +59,9 @@ def _mapped(z: ComplexArray, low: ComplexArray, high: ComplexArray) -> ComplexAr
 
 
 def least_samples(n_term: int, n_channel: int, n_load: int) -> int:
-    """Samples with as many equations as there are coefficients, of which one is free: the scale of them all.
+    """Samples with as many equations as there are coefficients, of which one is free.
+
+    The scale of them all.
 
     >>> least_samples(9, n_channel=2, n_load=1)  # two impedances that two equal bearings share
     13
@@ -66,8 +70,10 @@ def least_samples(n_term: int, n_channel: int, n_load: int) -> int:
 
 
 def fit_coefficients(terms: ComplexArray, loads: ComplexArray, response: ComplexArray) -> ComplexArray:
-    """Terms (n_speed, n, n_term), loads (n, n_load) and responses (n, n_speed, n_channel) at n samples → coefficients
-    (n_speed, n_term, n_channel n_load + 1), the denominator's last."""
+    """Coefficients (n_speed, n_term, n_channel n_load + 1) of rational functions, the denominator's last.
+
+    Terms are (n_speed, n, n_term), loads (n, n_load) and responses (n, n_speed, n_channel) at n samples.
+    """
     n_speed, n, n_term = terms.shape
     n_channel, n_load = response.shape[2], loads.shape[1]
     size = np.abs(response)
@@ -91,7 +97,10 @@ def fit_coefficients(terms: ComplexArray, loads: ComplexArray, response: Complex
 
 
 def evaluate(coefficients: ComplexArray, terms: ComplexArray, loads: ComplexArray) -> ComplexArray:
-    """Coefficients and terms (n_speed, n, n_term) and loads (n, n_load) → responses (n, n_speed, n_channel)."""
+    """Responses (n, n_speed, n_channel) from coefficients, terms and loads.
+
+    Terms are (n_speed, n, n_term), loads (n, n_load).
+    """
     values = terms @ coefficients
     per_load = values[..., :-1] / values[..., -1:]
     per_load = per_load.reshape(*values.shape[:2], -1, loads.shape[1])
@@ -101,8 +110,10 @@ def evaluate(coefficients: ComplexArray, terms: ComplexArray, loads: ComplexArra
 def left_out_predictions(
     terms: ComplexArray, loads: ComplexArray, response: ComplexArray, least: int
 ) -> ComplexArray | None:
-    """Each sample's response (n, n_speed, n_channel) as fits without it predict it, left out in groups that leave `least`
-    samples or more; None if there are no more than these."""
+    """Prediction of each sample's response (n, n_speed, n_channel) by fits without it.
+
+    Samples are left out in groups that leave `least` samples or more; None if there are no more than these.
+    """
     n = len(loads)
     if n <= least:
         return None

@@ -1,5 +1,8 @@
-"""Polynomial response surface, the classical alternative to Kriging (Box & Wilson 1951; Myers & Montgomery,
-Response Surface Methodology), fitted by ordinary least squares with scikit-learn."""
+"""Polynomial response surface, the classical alternative to Kriging.
+
+It is fitted by ordinary least squares with scikit-learn (Box & Wilson 1951; Myers & Montgomery, Response Surface
+Methodology).
+"""
 
 from __future__ import annotations
 
@@ -32,8 +35,10 @@ class ResponseSurfacePredictor(Predictor):
         return self.pipeline.predict(u)
 
     def leave_one_out(self) -> Array:
-        """Root mean square leave-one-out error of each output (q,): residuals over 1 − h_i, h_i the diagonal of the hat
-        matrix; infinite where one sample alone determines a term."""
+        """Root mean square leave-one-out error of each output (q,).
+
+        Residuals over 1 − h_i, h_i the diagonal of the hat matrix; infinite where one sample alone determines a term.
+        """
         terms = self.pipeline[0].transform(self.samples)
         orthogonal, _ = np.linalg.qr(terms)
         residuals = self.outputs - orthogonal @ (orthogonal.T @ self.outputs)

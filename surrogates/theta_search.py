@@ -1,4 +1,6 @@
-"""Estimation of the correlation parameters θ: the objective, its analytic gradient and the search for its minimum.
+"""Estimation of the correlation parameters θ.
+
+The objective, its analytic gradient and the search for its minimum.
 
 Both objectives are profiled over β and σ² (`generalised_least_squares`), and their slopes follow from
 ∂σ_l²/∂θ = −γ_lᵀ (∂R/∂θ) γ_l / n, where β being optimal leaves no term in ∂β, and ∂ln|R|/∂θ = tr(R⁻¹ ∂R/∂θ).
@@ -90,7 +92,10 @@ def isotropic_minima(objective: ThetaObjective, lower: float, upper: float, n_st
 
 
 def search_theta(objective: ThetaObjective, starts: Sequence[Array], lower: float, upper: float) -> Array:
-    """The best θ (d,) of L-BFGS-B searches in ln θ from each of the starts (d,), within limits common to all directions."""
+    """Best θ (d,) of L-BFGS-B searches in ln θ from each of the starts (d,).
+
+    Limits are common to all directions.
+    """
     bounds = [(np.log(lower), np.log(upper))] * len(objective.squared)
     searches = [
         # A step of 1e-6 in the objective is 1e-4 in the log-likelihood of an output with 200 samples.

@@ -246,7 +246,7 @@ def test_an_identification_holds_the_truth_in_its_intervals(found):
 
 
 def test_its_text_is_the_command_lines(found, data, shell_identify):
-    """The same file through the command line, whose optimiser draws other numbers, ends in the same maximum."""
+    """A file through the command line, whose optimiser draws other numbers, ends in an equal maximum."""
     printed = shell_identify(as_csv(data.measurement))
     ours = [line for line in str(found).splitlines() if line.startswith("  ")]
     assert ours and all(line in printed for line in ours)

@@ -1,4 +1,4 @@
-"""What may import what: the contracts of pyproject.toml."""
+"""Allowed imports: the contracts of pyproject.toml."""
 
 import subprocess
 import sys

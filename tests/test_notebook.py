@@ -37,7 +37,7 @@ def executed(tmp_path_factory):
 
 
 def printed(cell):
-    """What a cell prints, but for the progress that it shows on the error stream."""
+    """Output of a cell, but for the progress that it shows on the error stream."""
     return "".join(output.get("text", "") for output in cell.outputs if output.get("name") == "stdout")
 
 
@@ -57,7 +57,10 @@ def test_figures_and_tables_are_shown(executed):
 
 
 def test_what_it_shows_in_the_repository_is_what_it_does(notebook, executed):
-    """The same words, and numbers to 2 %: searches end in their sixth digit otherwise on another kind of processor."""
+    """Words are equal, and numbers to 2 %.
+
+    Searches end in their sixth digit otherwise on another kind of processor.
+    """
     for stored, now in zip(code(notebook), code(executed)):
         assert re.sub(NUMBER, "", printed(stored)).split() == re.sub(NUMBER, "", printed(now)).split()
         numbers = ([float(found) for found in re.findall(NUMBER, printed(cell))] for cell in (stored, now))

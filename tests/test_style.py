@@ -137,7 +137,10 @@ def test_source_files_that_texts_name_are_there():
 
 
 def test_packages_of_ksmea_import_nothing_when_they_are_imported():
-    """What a module imports is in the keys of runs that use it: an `__init__` would bring along all of its package."""
+    """Imports of a module are in the keys of runs that use it.
+
+    An `__init__` would bring along all of its package.
+    """
     packages = [
         path for path in python_files(ROOT, ("ksmea",)) if path.name == "__init__.py" and path.parent != ROOT / "ksmea"
     ]

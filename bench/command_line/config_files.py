@@ -1,4 +1,7 @@
-"""Configuration files that the words of a command choose: the project's, and those in folders of the user's own."""
+"""Configuration files that the words of a command choose.
+
+The project's, and those in folders of the user's own.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,10 @@ def chosen_files(words: Sequence[str]) -> list[Path]:
 
 
 def content(path: Path) -> dict[str, Any]:
-    """Parsed content of a configuration file; `SettingError` with its name and the place if it cannot be read."""
+    """Parsed content of a configuration file.
+
+    Raises `SettingError` with its name and the place if it cannot be read.
+    """
     read = read_bytes(str(path))
     parse_strictly(read, str(path))  # keys that stand twice, lists nested too deeply: with their lines
     try:
@@ -55,13 +61,19 @@ def content(path: Path) -> dict[str, Any]:
 
 
 def require_experiments(paths: Sequence[Path]) -> None:
-    """Raise `SettingError` with the file's name where one cannot be read, or is an experiment that says nothing of the whole."""
+    """Raise `SettingError` with the file's name if an experiment cannot be read.
+
+    It is also raised for an experiment that says nothing of the whole.
+    """
     for path in paths:
         _require_file(path, ())
 
 
 def _require_file(path: Path, above: tuple[Path, ...]) -> None:
-    """Check one file and the files of its folder that it includes; `above` holds the files that include it."""
+    """Check one file and the files of its folder that it includes.
+
+    `above` holds the files that include it.
+    """
     if path in above:
         raise SettingError(f"{path}: expected defaults that end, got a file that includes itself; leave it out")
     said = content(path)
@@ -81,8 +93,10 @@ def _require_file(path: Path, above: tuple[Path, ...]) -> None:
 def with_file(
     error: SettingError, paths: Sequence[Path], words: Sequence[str], is_composed: bool = False
 ) -> SettingError:
-    """An error with the name of the user's own file in front that has the setting which it is about, if the words do not.
-    `is_composed`: the error arose while files and words were put together."""
+    """Error with the name of the user's own file that has the setting it is about, if the words do not.
+
+    `is_composed`: the error arose while files and words were put together.
+    """
     key = _key(error)
     own = [path for path in paths if not path.is_relative_to(CONF) and not str(error).startswith(str(path))]
     if not own or any(_is_about(error, key, choice) for choice in settings_of(words)):
@@ -101,7 +115,10 @@ def _key(error: SettingError) -> str:
 
 
 def _is_about(error: SettingError, key: str, choice: Choice) -> bool:
-    """Whether an error is about what a word says: its setting, unless its value is another one than the error quotes."""
+    """Whether an error is about what a word says.
+
+    Its setting, unless its value is another one than the error quotes.
+    """
     if choice.key.partition(".")[0] == key and key in GROUPS:
         return True
     return choice.key == key and (
@@ -110,8 +127,10 @@ def _is_about(error: SettingError, key: str, choice: Choice) -> bool:
 
 
 def _is_meant(key: str, said: str) -> bool:
-    """Whether a key of a file sets a setting: `standard.optimizer.population` sets `optimizer.population`, `override /optimizer` a
-    plugin."""
+    """Whether a key of a file sets a setting.
+
+    `standard.optimizer.population` sets `optimizer.population`, `override /optimizer` a plugin.
+    """
     return said == key or said.endswith((f".{key}", f"/{key}"))
 
 

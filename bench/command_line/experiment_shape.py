@@ -26,7 +26,7 @@ MOST_ENTRIES = 10**5  # of a file, those behind its aliases (*name) each time th
 
 
 def require_shape(said: Mapping[Any, Any], path: Path) -> None:
-    """Raise `SettingError` with file and key where a configuration file has another shape than Hydra takes."""
+    """Raise `SettingError` with file and key if a configuration file has a shape that Hydra rejects."""
     try:
         if _n_entry(said, {}, ()) > MOST_ENTRIES:
             raise SettingError(

@@ -37,7 +37,10 @@ def grid_blocks(grid: Sequence[Block], add: Sequence[Block], cross: Sequence[Blo
 
 
 def labelled(blocks: Sequence[Block], chosen: Sequence[Any]) -> list[Block]:
-    """The blocks of these labels alone, in the grid's order; `SettingError` if it has no line of that label."""
+    """The blocks of these labels alone, in the grid's order.
+
+    Raises `SettingError` if it has no line of that label.
+    """
     known = list(dict.fromkeys(str(label) for block in blocks for label in listed(block.get(LABEL, ()))))
     for label in chosen:
         if not known:
@@ -52,7 +55,9 @@ def labelled(blocks: Sequence[Block], chosen: Sequence[Any]) -> list[Block]:
 
 
 def grid_points(grid: Sequence[Block], swept: Mapping[str, tuple[Any, ...]], fixed: set[str]) -> list[dict[str, Any]]:
-    """The points of an experiment: the product inside each block, the union of the blocks, each point once.
+    """The points of an experiment.
+
+    The product inside each block, the union of the blocks, each point once.
 
     A key that the command line fixes leaves the grid, also where the grid names the plugin; one that it sweeps replaces that
     axis in every block.

@@ -68,7 +68,10 @@ def in_our_words(error: BaseException) -> SettingError:
 
 
 def arose_in_hydra(error: BaseException) -> bool:
-    """Whether an error arose inside the libraries that compose a configuration, and not in this project or a plugin."""
+    """Whether an error arose inside the libraries that compose a configuration.
+
+    It did not arise in this project or a plugin.
+    """
     modules = [frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_tb(error.__traceback__)]
     tops = [module.partition(".")[0] for module in modules]
     return next((top for top in reversed(tops) if top in (*LIBRARIES, *OURS, "hydra_plugins")), "") in LIBRARIES

@@ -1,4 +1,7 @@
-"""How much is shown: -q and -v, colours, progress. Environment variables carry it to the processes that do the work."""
+"""Output level: -q and -v, colours, progress.
+
+Environment variables carry it to the processes that do the work.
+"""
 
 from __future__ import annotations
 

@@ -130,8 +130,10 @@ def _plugins(key: str, pattern: Glob, override: Override) -> tuple[str, ...]:
 
 
 def _steps(key: str, steps: RangeSweep, override: Override) -> tuple[Any, ...]:
-    """The numbers of a range, which ends before its second bound; decimal fractions as they are written: 0.15, not
-    0.15000000000000002."""
+    """The numbers of a range, which ends before its second bound.
+
+    Decimal fractions as they are written: 0.15, not 0.15000000000000002.
+    """
     if steps.step == 0:
         raise SettingError(f"expected a step other than 0, got {_given(override)}", setting=key)
     numbers = steps.range()

@@ -1,4 +1,6 @@
-"""Keys of plugins' settings: GROUP.SETTING of the chosen plugin, GROUP.PLUGIN.SETTING of one plugin among several.
+"""Keys of plugins' settings.
+
+GROUP.SETTING is a setting of the chosen plugin, GROUP.PLUGIN.SETTING one of one plugin among several.
 
 An unknown key is answered with the nearest known one, or with the plugin that has it.
 """

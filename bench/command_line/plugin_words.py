@@ -1,4 +1,6 @@
-"""Plain files of plugins that a command names: on the command line, and in the configuration files that it chooses.
+"""Plain files of plugins that a command names.
+
+They stand on the command line, and in the configuration files that it chooses.
 
 They are looked for before anything is composed, as only what is registered can be composed.
 """
@@ -25,7 +27,10 @@ def register_plugins(words: Sequence[str]) -> None:
 
 
 def registered_or_why_not(words: Sequence[str]) -> list[str]:
-    """Register the plugins of the files that words plugins=[…] name; why a file could not be, for each that could not."""
+    """Register the plugins of the files that words plugins=[…] name.
+
+    Why a file could not be, for each that could not.
+    """
     refused = []
     for path in given_files([word for word in words if is_of_plugins(word)]):
         try:
@@ -41,8 +46,10 @@ def is_of_plugins(word: str) -> bool:
 
 
 def require_registered(names: Sequence[str]) -> None:
-    """Raise `SettingError` if a composed configuration names a file that was found neither on the command line nor in a
-    file that it chooses."""
+    """Raise `SettingError` if a composed configuration names a plugin file that was not found before.
+
+    Files are found on the command line and in the configuration files that it chooses.
+    """
     known = {path for path, *_ in registry.plugins_in_files()}
     for name in names:
         if _absolute(name) not in known:

@@ -1,4 +1,6 @@
-"""A first look at the words of an experiment: what is certainly wrong is refused before anything large is loaded.
+"""A first look at the words of an experiment.
+
+Certain errors are rejected before anything large is loaded.
 
 Names, and plain values of settings, are held against listings alone. Whatever these cannot tell is left to what comes after,
 which composes the configuration and makes the plugins.
@@ -45,8 +47,10 @@ def looked_at(words: Sequence[str], commands: Collection[str]) -> list[str]:
 
 
 def _require_once(words: Sequence[str]) -> None:
-    """Raise `SettingError` if two arguments set entries of one mapping: the first would be dropped in silence. Of two plain values or
-    lists the last counts, as Hydra documents it."""
+    """Raise `SettingError` if two arguments set entries of one mapping.
+
+    The first would be dropped in silence. Of two plain values or lists the last counts, as Hydra documents it.
+    """
     keys: dict[str, str] = {}
     for word in words:
         key, sign, value = word.lstrip("+").partition("=")
@@ -64,7 +68,9 @@ def _said(words: Sequence[str]) -> dict[str, str]:
 
 
 def plain(value: str) -> tuple[str, ...]:
-    """A value or several of a sweep, where all are written without signs of Hydra's grammar; () where one is not.
+    """A value or several of a sweep, where all are written without signs of Hydra's grammar.
+
+    Empty if one is not.
 
     >>> plain("de,pso"), plain("[de]")
     (('de', 'pso'), ())

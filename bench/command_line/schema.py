@@ -26,7 +26,9 @@ POSSIBLE = "bool, int, float or str, or None, lists, tuples or mappings by name 
 
 
 def plugin_schema(group: str, name: str) -> DictConfig:
-    """The settings of a plugin with their types, and its name so that a composed configuration says what was chosen.
+    """Settings of a plugin with their types and its name.
+
+    With the name a composed configuration states the choice.
 
     Raises `SettingError` if a setting has no default, or a type that cannot be given as words.
     """

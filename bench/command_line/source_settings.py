@@ -75,8 +75,10 @@ def _field(module: str, statement: ast.AnnAssign, name: str) -> dict[str, Source
 
 
 def _texts(module: str, node: ast.expr) -> Iterator[str]:
-    """The texts that an expression holds: of tuples, of names that stand for them, keys of mappings; `LookupError`
-    where they have to be computed."""
+    """The texts that an expression holds: of tuples, of names that stand for them, keys of mappings.
+
+    `LookupError` where they have to be computed.
+    """
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         yield node.value
     elif isinstance(node, (ast.Tuple, ast.List)):

@@ -48,8 +48,10 @@ QUOTES = "'\""
 
 
 def joined_options(words: Sequence[str]) -> list[str]:
-    """The words with the value of an option in the same word, --config-dir=DIR; `SettingError` for an option that is not one, or
-    has no value."""
+    """The words with the value of an option in the same word, --config-dir=DIR.
+
+    Raises `SettingError` for an option that is not one, or has no value.
+    """
     joined: list[str] = []
     remaining = list(words)
     while remaining:
@@ -124,7 +126,10 @@ def _unknown_option(words: Sequence[str], word: str) -> SettingError:
 
 
 def _opened(word: str, after: Sequence[str]) -> list[str] | None:
-    """The words up to the one that closes a bracket which a word opens; None if none does, or it opens none."""
+    """The words up to the one that closes a bracket which a word opens.
+
+    None if none does, or it opens none.
+    """
     if "=" not in word or _unclosed(word) == "":
         return None
     for number in range(1, len(after) + 1):

@@ -1,4 +1,7 @@
-"""`compare NAME|DIR NAME|DIR [--out DIR]`: two identifications or diagnoses side by side, as text, `compare.csv` and a page."""
+"""`compare NAME|DIR NAME|DIR [--out DIR]`: two identifications or diagnoses side by side.
+
+The comparison is a text, `compare.csv` and a page.
+"""
 # Shorter than 40 lines: one command a file.
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Commands by name. Those on results that are there read plan and records, and `verify` alone runs anything.
+"""Commands by name.
+
+Commands on finished results read plan and records; `verify` alone runs anything.
 
 Each command is imported when it is requested: `status` needs neither tables nor figures, which take 0.5 s to load.
 """

@@ -1,4 +1,6 @@
-"""`draw problem=NAME [problem.SETTING=…] [values.UNKNOWN=…] [OPTION=…] [output=DIR]`: a rotor to scale and how it whirls.
+"""`draw problem=NAME [OPTION=…] [output=DIR]`: a rotor to scale and its whirl.
+
+Further arguments are [problem.SETTING=…] and [values.UNKNOWN=…].
 
 Figures, the numbers behind them as CSV files, and one page with all of it.
 """
@@ -157,7 +159,10 @@ def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dic
 
 
 def _put(given: dict[str, Any], keys: list[str], value: Any) -> None:
-    """A value into nested settings; a mapping is added to what is there. The name of a plugin stands next to its settings."""
+    """A value into nested settings; a mapping is added to what is there.
+
+    The name of a plugin stands next to its settings.
+    """
     first, *rest = keys
     inner = given.get(first, {})
     if not rest and not isinstance(value, Mapping) and first != PROBLEM:

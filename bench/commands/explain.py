@@ -127,7 +127,7 @@ def _what_changed_since_the_plan(plan: Plan, code: str, used: Mapping[str, str])
 
 
 def _code_differences(before: Mapping[str, str], after: Mapping[str, str], used: Mapping[str, str]) -> list[str]:
-    """Modules, files and distributions of a run that differ, and files from outside that are no longer there."""
+    """Differing modules, files and distributions of a run, and missing files from outside."""
     tops = {name.partition("/")[0] for name in used if is_file(name)}
     gone = [name for name in before if is_file(name) and name not in after and name.partition("/")[0] in tops]
     changed = []

@@ -1,4 +1,4 @@
-"""`export ioh|coco|csv NAME|DIR [--out DIR]`: the course of each run for the programs of other benchmarks.
+"""`export ioh|coco|csv NAME|DIR [--out DIR]`: the course of each run for other benchmarks' programs.
 
 `instances.csv` next to it says which settings the numbers of functions and instances stand for. `export measurement` writes a
 synthetic measurement (`bench/commands/export_measurement.py`).

@@ -1,5 +1,8 @@
-"""`export measurement --out RUN.csv [problem=NAME] [problem.X=…] [measurement.X=…] [seed=N]`: a synthetic measurement as the file
-that `measurement=file` reads. Nothing in the file says what it was made from."""
+"""`export measurement --out RUN.csv`: a synthetic measurement as a file for `measurement=file`.
+
+Further arguments are [problem=NAME] [problem.X=…] [measurement.X=…] [seed=N]. Nothing in the file states what it was
+made from.
+"""
 
 from __future__ import annotations
 

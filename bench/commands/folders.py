@@ -40,7 +40,10 @@ def one_folder(words: list[str], command: str) -> Path:
 
 
 def with_option(words: list[str], option: str, command: str) -> tuple[list[str], str | None]:
-    """The words without an option such as `--out DIR` or `--out=DIR`, and its value; None if it is not given."""
+    """The words without an option such as `--out DIR` or `--out=DIR`, and its value.
+
+    None if it is not given.
+    """
     others: list[str] = []
     value: str | None = None
     remaining = iter(words)

@@ -124,7 +124,10 @@ def _tell(source: File, target: Path) -> None:
 
 
 def _head(source: File, settings: dict[str, Any], files: str = "") -> Iterator[str]:
-    """The remarks of a written file: what was decided, so that nobody has to ask and nothing is done twice."""
+    """The remarks of a written file.
+
+    They state what was decided, so that nothing is asked or done twice.
+    """
     yield visible(f"Imported from {files or Path(source.path).name}, format {source.format}.")
     yield "Units: rpm; m from the left end; µm zero to peak; degrees of phase lead; s. Directions: x, y, degrees from x to y."
     yield visible(source.notation.line())

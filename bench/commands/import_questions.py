@@ -1,4 +1,7 @@
-"""Open questions of a file for `import`, as far as they can be seen, and the command with a place for each answer."""
+"""Open questions of a file for `import`, and the command with a place for each answer.
+
+They are the questions that can be seen in the file.
+"""
 
 from __future__ import annotations
 

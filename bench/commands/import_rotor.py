@@ -1,5 +1,6 @@
-"""`import rotor MODEL [--unbalance 0.5] [--probe 1X@0.16] [--speeds 500:6000:200] [--out rotor.yaml]`: a rotor model of another program as
-a rotor file.
+"""`import rotor MODEL [--out rotor.yaml]`: a rotor model of another program as a rotor file.
+
+Further arguments are [--unbalance 0.5] [--probe 1X@0.16] [--speeds 500:6000:200].
 
 MODEL is a file of ROSS (TOML or JSON), or is left out for tables in CSV or Excel: `--shaft shaft.csv --disks disks.csv --bearing left.csv@0.08`,
 also `--seal` and `--materials`; a sheet of a book is book.xlsx#sheet, and sheets of XLTRC2 are understood. Positions are in m (or @3.15in,
@@ -205,7 +206,10 @@ def _sheets(asked: _Asked) -> Sheets:
 
 
 def _at(word: str, option: str) -> tuple[str, Place]:
-    """`left.csv@0.08`, `left.csv@3.15in` or `left.csv@station3`: what comes before, and a position (m) or the number of a station."""
+    """Text before the @, and a position (m) or the number of a station.
+
+    The forms are `left.csv@0.08`, `left.csv@3.15in` and `left.csv@station3`.
+    """
     file, separator, text = word.rpartition("@")
     place = AT.fullmatch(text)
     if not separator or not file or place is None:
@@ -229,7 +233,10 @@ def _wanted(asked: _Asked) -> Wanted:
 
 
 def _probe(word: str) -> tuple[float, str]:
-    """`x@0.16`, `45@0.16`, `1X@0.16`, or `left@0.16@45` as in the import of measurements: position m and direction."""
+    """Position (m) and direction of a probe.
+
+    The forms are `x@0.16`, `45@0.16`, `1X@0.16`, or `left@0.16@45` as in the import of measurements.
+    """
     first, *others = word.split("@")
     if not 1 <= len(others) <= 2:
         raise SettingError(f"--probe: expected such as 1X@0.16 (m) or left@0.16@45 (degrees from x), got {word}")

@@ -1,4 +1,6 @@
-"""`merge NAME|DIR NAME|DIR … --out DIR`: parts of one experiment, such as a contest that several people do, in one folder.
+"""`merge NAME|DIR NAME|DIR … --out DIR`: parts of one experiment in one folder.
+
+An example is a contest that several people compute.
 
 The new folder has one plan and the records of all, as they are; `collect` makes its tables. It is there whole or not at all.
 """

@@ -1,5 +1,7 @@
-"""`new optimizer NAME`: a package with a plugin of one's own to begin with, its tests next to it; with `--file` the plugin's
-file alone. Both are the project's example of that kind under another name."""
+"""`new optimizer NAME`: a package with a plugin of one's own to begin with, its tests next to it.
+
+With `--file` the plugin's file alone. Both are the project's example of that kind under another name.
+"""
 
 from __future__ import annotations
 

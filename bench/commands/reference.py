@@ -69,7 +69,10 @@ def _without_place(line: dict[str, Any]) -> dict[str, Any]:
 
 
 def reference_tables(folder: Path = REFERENCE) -> list[str]:
-    """Names of the tables there that say what they were made from; `benchmarks.csv` is times, which nobody computes again."""
+    """Names of the tables there that say what they were made from.
+
+    `benchmarks.csv` is times, which nobody computes again.
+    """
     return sorted({path.name.partition(".")[0] for path in folder.glob("*.csv") if _has_head(path)})
 
 

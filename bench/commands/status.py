@@ -1,4 +1,7 @@
-"""`status NAME|DIR`: how many of the planned runs are done, running, interrupted, failed, stale or missing."""
+"""`status NAME|DIR`: number of planned runs by status.
+
+They are done, running, interrupted, failed, stale or missing.
+"""
 
 from __future__ import annotations
 

@@ -47,7 +47,10 @@ DEFAULTS = {"repetitions": None, "workers": None, "tolerance": 1e-6}
 
 @dataclass(frozen=True)
 class Difference:
-    """One value of the reference and what it is now; `allowed` is the largest difference that is not a failure."""
+    """One value of the reference and what it is now.
+
+    `allowed` is the largest difference that is not a failure.
+    """
 
     what: str
     reference: float
@@ -63,7 +66,10 @@ class Difference:
 
 
 def verify(words: list[str]) -> int:
-    """`verify TABLE [repetitions=N] [workers=N] [tolerance=T]`: 0 where all values agree, 1 where one does not."""
+    """`verify TABLE [repetitions=N] [workers=N] [tolerance=T]`: recompute values of a reference table.
+
+    The exit code is 0 if all values agree, 1 if one does not.
+    """
     if not words:
         raise SettingError("verify: expected the name of a table, for example table3, got nothing")
     table, options = words[0], _options(words[1:])
@@ -88,8 +94,10 @@ def verify(words: list[str]) -> int:
 
 
 def _study_differences(plan: Plan, options: dict[str, Any], tolerance: float) -> list[Difference]:
-    """Numbers and words of the tables that are made of a study's records, but for times: of its runs, and where all of
-    them are computed again of the table too."""
+    """Differences of numbers and words of a study's tables, but for times.
+
+    They are the tables of its runs, and also the experiment's table if all runs are computed again.
+    """
     name = plan.name
     were = {file: pd.read_csv(REFERENCE / file, comment="#") for file in (f"{name}.csv", f"{name}.runs.csv")}
     repetitions = int(were[f"{name}.runs.csv"]["repetition"].max()) + 1
@@ -138,7 +146,10 @@ def _options(words: list[str]) -> dict[str, Any]:
 
 
 def _recomputed(plan: Plan, reference: pd.DataFrame, workers: int | None) -> dict[str, dict[str, float]]:
-    """Identified values of the reference's runs in the units of the table, computed now, by key; none if a run failed."""
+    """Identified values of the reference's runs in the units of the table, computed now, by key.
+
+    None if a run failed.
+    """
     tasks = [
         Given(row.key, (plan.cells[row.cell].settings, component_seeds(row.seed, row.repetition)))
         for row in reference.itertuples()

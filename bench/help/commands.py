@@ -1,4 +1,7 @@
-"""Help on a command: its line of the first page, and what its module says of itself, which is not imported for that."""
+"""Help on a command: its line of the first page, and the docstring of its module.
+
+The module is not imported for that.
+"""
 # Shorter than 40 lines: completion uses it, and may load nothing large.
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Help on an experiment from its file: what it answers, what it sets, its grid, what it costs, and which files it makes."""
+"""Help on an experiment from its file.
+
+It states the question, the settings, the grid, the cost and the files of the experiment.
+"""
 
 from __future__ import annotations
 

@@ -62,8 +62,11 @@ def start_text() -> str:
 
 
 def help_text(words: list[str]) -> str:
-    """Help on everything, or on whatever has one of the names; with plugins=[my_optimizer.py] on plugins of plain files too,
-    with --config-dir DIR on experiments there, with problem=NAME the limits of effects on that problem."""
+    """Help on everything, or on whatever has one of the names.
+
+    plugins=[my_optimizer.py] adds plugins of plain files, --config-dir DIR experiments there, and problem=NAME limits
+    of effects on that problem.
+    """
     refused: list[str] = []
     if any(_is_of_plugins(word) for word in words):
         from bench.command_line.plugin_words import registered_or_why_not  # loads contracts and numpy
@@ -93,7 +96,10 @@ def _first_page(experiments: list[str]) -> str:
 
 
 def _from_outside() -> str:
-    """The plugins that are not this project's: where each comes from, and why it cannot be chosen where it cannot."""
+    """The plugins that are not this project's.
+
+    The help states where each comes from, or why it cannot be chosen.
+    """
     lines = []
     for group in (*GROUPS, *FURTHER):
         for name in registered(group):
@@ -116,6 +122,9 @@ def _whether_it_loads(group: str, name: str) -> str:
 
 
 def version_text() -> str:
-    """For example 'ksmea-bench 0.1.0 (commit 1a2b3c4d5e6f, Python 3.11.2)'; a '+' behind a commit: files differ from it."""
+    """Version, commit and Python: 'ksmea-bench 0.1.0 (commit 1a2b3c4d5e6f, Python 3.11.2)'.
+
+    A '+' behind a commit: files differ from it.
+    """
     commit = checkout_commit()
     return f"{PROJECT} {version(PROJECT)} ({f'commit {commit}, ' if commit else ''}Python {platform.python_version()})"

@@ -1,4 +1,7 @@
-"""Help on plugins: what each is, its settings with defaults, units, ranges and sources, and where it comes from."""
+"""Help on plugins: docstring, settings and origin of each.
+
+Settings have defaults, units, ranges and sources.
+"""
 
 from __future__ import annotations
 
@@ -101,8 +104,10 @@ def _effect_lines(name: str, problem: Problem) -> list[str]:
 
 
 def _parameters_on(effect: AnyEffect, problem: Problem) -> Sequence[Parameter]:
-    """Its unknowns on a problem; none if it does not fit the one that is shown unasked. `SettingError` if it does not fit
-    the one that was requested."""
+    """Unknowns of a plugin on a problem; empty if it does not fit the problem that is shown by default.
+
+    Raises `SettingError` if it does not fit the one that was requested.
+    """
     try:
         return effect.parameters(registry.create("problem", problem.name, problem.settings).build())
     except Exception as error:  # whatever an effect for other problems does with it

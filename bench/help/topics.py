@@ -1,4 +1,7 @@
-"""Help on whatever has a name: a command, an experiment, a group of plugins, a plugin, a setting, a term."""
+"""Help on whatever has a name.
+
+A command, an experiment, a group of plugins, a plugin, a setting, a term.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +28,11 @@ LEAST_ALIKE = 0.65  # ratio from which on names are alike
 
 
 def topic_text(words: Sequence[str], experiments: Mapping[str, Path], usage: str) -> str:
-    """All that has one of the names; `SettingError` for a name that nothing has. problem=NAME next to the name of an effect
-    chooses the problem that its limits are shown for."""
+    """All that has one of the names.
+
+    Raises `SettingError` for a name that nothing has. problem=NAME next to the name of an effect chooses the problem
+    that its limits are shown for.
+    """
     asked, problem = _with_problem(words)
     first, *names = asked
     if first in ALL and names:
@@ -75,7 +81,7 @@ def _topic(word: str, experiments: Mapping[str, Path], usage: str, problem: Prob
 
 
 def _not_known(word: str, names: Sequence[str]) -> SettingError:
-    """The error of a word that nothing is named by: the nearest of hundreds of names, and the command that lists them."""
+    """Error for an unknown word: the nearest of hundreds of names, and the command that lists them."""
     folded = {each.casefold(): each for each in sorted(names)}
     alike = [folded[each] for each in get_close_matches(word.casefold(), folded, n=MOST_NEAR, cutoff=LEAST_ALIKE)]
     best = nearest(word, names)

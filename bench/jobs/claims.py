@@ -57,7 +57,9 @@ class Range:
 
 
 def deal(output: Path, todo: Sequence[str], shares: int) -> None:
-    """Offer the runs of these keys to all jobs, in as many free ranges as jobs are expected, in place of all offers before.
+    """Offer the runs of these keys to all jobs, in as many free ranges as jobs are expected.
+
+    All offers before are replaced.
 
     Whoever deals makes sure before that no job is at work.
     """
@@ -157,8 +159,10 @@ class Claims:
                 return
 
     def give_back(self, waiting: Sequence[str]) -> bool:
-        """Offer the last of the held runs, which nobody has started, where other jobs have nothing to do; whether that was
-        done."""
+        """Offer the last of the held runs, which nobody has started, where other jobs have nothing to do.
+
+        Returns whether that was done.
+        """
         if not waiting or time.monotonic() - self._looked < self._pause:
             return False
         self._looked = time.monotonic()
@@ -177,7 +181,10 @@ class Claims:
         self._held.clear()
 
     def may_come_back(self) -> bool:
-        """Whether runs may yet be offered: others hold some, and have not had the time to give them back, or are dead."""
+        """Whether runs may yet be offered.
+
+        Others hold some, and have not had the time to give them back, or are dead.
+        """
         ranges = [each for each in self._ranges(anew=True) if each.owner != self._presence.name]
         now = time.monotonic()
         self._idle_since = now if self._idle_since is None else self._idle_since

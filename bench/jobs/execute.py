@@ -1,4 +1,7 @@
-"""One run: from its settings and seeds to its record. It is called in a worker process and returns plain data."""
+"""One run: from its settings and seeds to its record.
+
+It is called in a worker process and returns plain data.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +60,10 @@ def execute(
 
 
 def _failed(error: BaseException) -> FailedRun:
-    """A run without a result: the beginning of its message, and the end of its traceback, which names the error."""
+    """Run without a result: the beginning of its message, and the end of its traceback.
+
+    The end names the error.
+    """
     message = f"{type(error).__name__}: {error}"
     cut = message if len(message) <= LONGEST_MESSAGE else message[:LONGEST_MESSAGE] + "…"
     return FailedRun("error", cut, traceback.format_exc()[-LONGEST_TRACEBACK:])

@@ -75,7 +75,10 @@ class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
             return msgspec.structs.replace(self, status=UNREADABLE, error=str(error))
 
     def computed_on(self, platform: str) -> RunLine:
-        """This line with the kind of processor that its session ran on, unless it was taken over and names its own."""
+        """This line with the kind of processor that its session ran on.
+
+        A line that was taken over and names its own is unchanged.
+        """
         return self if self.platform else msgspec.structs.replace(self, platform=platform)
 
     def content(self) -> dict[str, Any]:
@@ -116,7 +119,10 @@ def ending(line: RunLine | None) -> tuple[str, str]:
 
 
 def line_text(line: Line, content: Mapping[str, Any] | None = None) -> bytes:
-    """A line as its file has it; `content` stands in the place of status and error. What is not finite becomes null."""
+    """A line as its file has it; `content` stands in the place of status and error.
+
+    Values that are not finite become null.
+    """
     data: dict[str, Any] = msgspec.to_builtins(line)
     for name in ("raw", "body"):
         data.pop(name, None)

@@ -1,4 +1,7 @@
-"""Records of several folders in one: lines as they stand in their files, without runs that an earlier folder has done."""
+"""Records of several folders in one.
+
+Lines stay as they are in their files; runs that an earlier folder has done are left out.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +24,11 @@ OF_ONE_COMPUTATION = ("seconds", "elapsed", "taken_from", "platform")
 
 
 class Twice(NamedTuple):
-    """Runs that two parts have done both: how many, those whose results differ otherwise than by times, and on what kinds of
-    processors these were computed in each."""
+    """Runs that two parts have done both.
+
+    How many, those whose results differ otherwise than by times, and on what kinds of processors these were computed in
+    each.
+    """
 
     n_run: int
     differing: tuple[str, ...]
@@ -30,8 +36,10 @@ class Twice(NamedTuple):
 
 
 def merge_records(parts: Sequence[Part], output: Path) -> None:
-    """Write the lines of all parts. Of a run that an earlier part has done, later ones' lines are left out; so are lines that
-    an earlier part has too."""
+    """Write the lines of all parts.
+
+    Lines of a run that an earlier part has done are left out, and so are lines that an earlier part has too.
+    """
     numbers = count()
     done: set[str] = set()
     written: set[bytes] = set()  # digests of lines
@@ -72,7 +80,10 @@ def done_twice(before: Sequence[Part], part: Part) -> Twice:
 
 
 def _results(part: Part, keys: AbstractSet[str]) -> dict[str, tuple[str, str]]:
-    """By key: a digest of the result without what belongs to one computation, and the processor that it was computed on."""
+    """Digest of each result, and the processor that it was computed on, by key.
+
+    The digest leaves out the parts that belong to one computation.
+    """
     if not keys:
         return {}
 

@@ -1,4 +1,7 @@
-"""The runs of an experiment offered to jobs: what they still have to do, and their overrides, which a launcher passes on."""
+"""The runs of an experiment offered to jobs.
+
+These are the runs that are still to do, with their overrides, which a launcher passes on.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,9 @@ from ksmea.errors import SettingError
 
 
 def dealt(experiment: Experiment) -> list[list[str]]:
-    """Write the plan and offer its runs, after results are taken over; the overrides of each job that may find work.
+    """Write the plan and offer its runs, after results are taken over.
+
+    The overrides of each job that may find work.
 
     Where jobs of the same plan are at work, the new ones join them. Jobs of another plan are an error.
     """

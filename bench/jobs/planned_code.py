@@ -1,5 +1,7 @@
-"""A job computes by the code and libraries that its plan was made with, or not at all: what it found would answer no planned
-key."""
+"""Code and libraries of a plan: a job computes with these, or not at all.
+
+Other results would answer no planned key.
+"""
 # Shorter than 40 lines: the one check that a job computes by planned code.
 
 from __future__ import annotations
@@ -24,7 +26,10 @@ def require_planned_code(plan: Plan) -> None:
 
 
 def planned_plugins(plan: Plan) -> dict[str, dict[str, str]]:
-    """The plain files of a plan's plugins, each with the digests that it and what it imports from next to it should have."""
+    """Plain files of a plan's plugins, each with the expected digests of it and its imports.
+
+    The imports are from next to it.
+    """
     digests = {name.removeprefix(FILE): digest for name, digest in plan.modules.items() if is_file(name)}
     return {path: digests for path in sorted({*plan.plugins.values()})}
 

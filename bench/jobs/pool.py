@@ -1,4 +1,6 @@
-"""Worker processes that may raise, hang, exit, crash or be killed: each costs the task that it was working on, no more.
+"""Worker processes that may raise, hang, exit, crash or be killed.
+
+Each costs the task that it was working on, no more.
 
 Every worker has a pipe of its own and at most one task, so that nothing is shared that a dying worker could leave
 locked, and so that it is always known which task died with it. Deadlines follow the monotonic clock.
@@ -73,8 +75,10 @@ class Limits:
 
 @dataclass(frozen=True)
 class Given(Generic[Task]):
-    """A task, the arguments of the function, and what names the plugins from outside that it runs: it shares no worker with tasks that
-    run others, since nobody knows what these have changed in their process."""
+    """A task, the arguments of the function, and what names the plugins from outside that it runs.
+
+    It shares no worker with tasks that run others, since nobody knows what these have changed in their process.
+    """
 
     task: Task
     arguments: tuple[Any, ...]
@@ -159,8 +163,10 @@ def _hand_out(
     limits: Limits,
     on_start: Callable[[Task], None],
 ) -> bool:
-    """A task for every idle worker, and new workers up to the number wanted while there are tasks; whether there are no
-    more."""
+    """A task for every idle worker, and new workers up to the number wanted while there are tasks.
+
+    Returns whether there are no more tasks.
+    """
     while True:
         if sum(worker.is_busy() for worker in pool) >= workers:
             return False
@@ -185,7 +191,10 @@ def _hand_out(
 def _worker_for(
     outside: str, pool: list[_Worker[Task]], workers: int, function: Callable[..., dict[str, Any]], limits: Limits
 ) -> _Worker[Task]:
-    """An idle worker that has run these plugins from outside, or none; else a new one. As many may be idle as work."""
+    """An idle worker that has run these plugins from outside, or none; else a new one.
+
+    At most as many workers are idle as work.
+    """
     idle = [worker for worker in pool if not worker.is_busy()]
     fitting = [worker for worker in idle if worker.outside in (outside, "")]
     if fitting:
@@ -210,8 +219,11 @@ def _new_worker(function: Callable[..., dict[str, Any]], limits: Limits) -> _Wor
 
 
 def _start_server() -> None:
-    """Start the server that forks workers, if none runs. It ignores Ctrl-C only when its modules are loaded; until then the signal is
-    blocked there, and here for the milliseconds of its start."""
+    """Start the server that forks workers, if none runs.
+
+    It ignores Ctrl-C only when its modules are loaded; until then the signal is blocked there, and here for the
+    milliseconds of its start.
+    """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         ensure_running()
@@ -221,9 +233,11 @@ def _start_server() -> None:
 
 @contextmanager
 def _nothing_to_take_over() -> Iterator[None]:
-    """A process that is started in the block gets nothing of this one but its paths. Else it would import the caller's main
-    module, which begins a script without a main guard again, and take over the caller's way of starting processes, which
-    it need not know (joblib's workers have one of their own)."""
+    """Context in which a started process takes over nothing of this one but its paths.
+
+    Otherwise it would import the caller's main module, which begins a script without a main guard again, and take over
+    the caller's way of starting processes, which it need not know (joblib's workers have one of their own).
+    """
     main, method = sys.modules["__main__"], multiprocessing.get_start_method(allow_none=True)
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ASKING)  # by the server that forks workers, too
     sys.modules["__main__"] = ModuleType("__main__")
@@ -292,14 +306,19 @@ def _let_the_parent_decide(number: int, frame: FrameType | None) -> None:
 
 
 def _end_if_asked() -> None:
-    """Processes that a library starts within a run end as it asks them to: `Pool.terminate` waits for that."""
+    """End processes that a library starts within a run as the library requests.
+
+    `Pool.terminate` waits for that.
+    """
     for asking in ASKING:
         signal.signal(asking, signal.SIG_DFL)
 
 
 def _end_with_the_job() -> None:
-    """Wait for the process that wants the results to end, however that comes, and end this one: nobody requests them any more. Processes
-    that the run has started go on."""
+    """End this process when the process that wants the results ends, however that happens.
+
+    Nobody requests the results any more. Processes that the run has started go on.
+    """
     job = multiprocessing.parent_process()
     if job is not None:
         job.join()

@@ -1,4 +1,6 @@
-"""Which jobs are at work in a folder that they share: each has a numbered file there and renews it; one that does not is dead.
+"""Presence of jobs in a folder that they share: each renews a numbered file there.
+
+A job that does not renew it is dead.
 
 No lock is requested, which network file systems may lack. A number is taken by creating its file (O_EXCL), and ages are
 differences of times that the file server itself has written: the clocks of the machines need not agree.
@@ -34,7 +36,7 @@ class TakenForDead(SettingError):
 
 @dataclass
 class Presence:
-    """A job that is at work: its number, by which its record file is named too, and a name that no other job ever has."""
+    """Job at work: its number, which also names its record file, and a unique name."""
 
     path: Path
     name: str

@@ -1,5 +1,7 @@
-"""The kinds of processors that the results of an experiment were computed on: their last digits depend on it, their keys
-do not, so that a sweep can be spread over or resumed on others."""
+"""The kinds of processors that the results of an experiment were computed on.
+
+Their last digits depend on it, their keys do not, so that a sweep can be spread over or resumed on others.
+"""
 # Shorter than 40 lines: one remark, which tables and `status` share.
 
 from __future__ import annotations
@@ -27,12 +29,15 @@ def processors(output: Path, damaged: Counter[Path] | None = None) -> dict[str, 
 
 
 def counted_processors(known: Mapping[str, str], plan: Plan) -> Counter[str]:
-    """How many of the planned runs have a result that was computed on each, by what is known of their keys."""
+    """Number of planned runs with a result computed on each processor, by known processors of their keys."""
     return Counter(known[key] for key in {run.key for run in plan.runs} if known.get(key))
 
 
 def mixed_processors(counts: Counter[str]) -> str:
-    """One line where the results of the planned runs were computed on several kinds of processors; else empty."""
+    """One line where the results of the planned runs were computed on several kinds of processors.
+
+    Otherwise empty.
+    """
     if len(counts) < 2:
         return ""
     counted = ", ".join(f"{processor}: {count}" for processor, count in counts.most_common())

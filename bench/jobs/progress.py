@@ -1,4 +1,7 @@
-"""Progress of a job: a bar with rate and remaining time on the terminal, and the log file of the experiment."""
+"""Progress of a job: a bar on the terminal, and the log file of the experiment.
+
+The bar has rate and remaining time.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +36,10 @@ class Progress(Protocol):
 
 @contextmanager
 def progress_bar(name: str, n_step: int, unit: str = "run") -> Iterator[Progress]:
-    """A bar on a terminal's error stream; a line a minute into a file, a pipe or a terminal without a size; nothing if only errors are to
-    be shown."""
+    """A bar on a terminal's error stream.
+
+    A line a minute into a file, a pipe or a terminal without a size; nothing if only errors are to be shown.
+    """
     hidden = hides_progress()
     if hidden or (hidden is None and not _has_room(sys.stderr)):
         yield Lines(name, n_step, unit, is_quiet=bool(hidden))
@@ -105,7 +110,10 @@ def _minutes(seconds: float) -> str:
 
 @contextmanager
 def experiment_log(output: Path, name: str, batch: int) -> Iterator[logging.Logger]:
-    """A logger that writes into `output/name.log` and nowhere else, each line whole even where jobs share the file."""
+    """Logger that writes into `output/name.log` and nowhere else.
+
+    Each line is whole even if jobs share the file.
+    """
     logger = logging.getLogger(f"bench.{name}.{batch}")
     logger.setLevel(logging.INFO)
     logger.propagate = False
@@ -121,8 +129,11 @@ def experiment_log(output: Path, name: str, batch: int) -> Iterator[logging.Logg
 
 
 class _OwnFile(logging.FileHandler):
-    """A handler that appends to a regular file alone. A line that a full disk does not take is lost without a word: the records say what
-    happened, and whoever writes those says that the disk is full."""
+    """A handler that appends to a regular file alone.
+
+    A line that a full disk does not take is lost without a word: the records say what happened, and whoever writes
+    those says that the disk is full.
+    """
 
     def handleError(self, record: logging.LogRecord) -> None:
         if not isinstance(sys.exc_info()[1], OSError):

@@ -137,8 +137,11 @@ def finished_keys(output: Path, plan: Plan | None = None) -> set[str]:
 
 
 def record_types(plan: Plan) -> dict[str, type[Record]]:
-    """The type of record that the study of each planned run finds, by the run's key. A study of another package is not imported because
-    a folder names it: unless this process has loaded it, any record of it is one."""
+    """The type of record that the study of each planned run finds, by the run's key.
+
+    A study of another package is not imported because a folder names it: unless this process has loaded it, any record
+    of it is one.
+    """
     of_cell = []
     for cell in plan.cells:
         named = cell.settings.get("study") is not None  # plans older than studies name none
@@ -154,7 +157,10 @@ def _is_loaded(cell: Cell) -> bool:
 
 
 def running_sessions(output: Path) -> set[str]:
-    """The sessions that still write: of each record file whose lock is held, or whose job is at work, the last."""
+    """The sessions that still write.
+
+    They are the last session of each record file whose lock is held, or whose job is at work.
+    """
     sessions = set()
     at_work = {record_file(output, number) for number in numbers_at_work(output)}
     for path in (output / FOLDER).glob("*.jsonl"):
@@ -165,7 +171,10 @@ def running_sessions(output: Path) -> set[str]:
 
 
 def ended_statuses(output: Path, plan: Plan) -> dict[str, str]:
-    """How runs have ended, by key. One that was started and has no end is being done, or was interrupted: it is left out."""
+    """Status of ended runs, by key.
+
+    A run that was started and has no end is being computed, or was interrupted: it is left out.
+    """
     found = read_records(output, lambda line: None if isinstance(line, Started) else line.status, plan)
     return {key: status for key, status in found.items() if status is not None}
 
@@ -234,7 +243,10 @@ def last_began(output: Path) -> str:
 
 
 def read_lines(output: Path, damaged: Counter[Path] | None = None) -> Iterator[Line]:
-    """All lines of all record files; what is not a record is passed over, and counted by file where `damaged` is given."""
+    """All lines of all record files.
+
+    Lines that are not records are ignored, and counted by file if `damaged` is given.
+    """
     for path in sorted((output / FOLDER).glob("*.jsonl")):
         yield from _lines_of(path, damaged)
 

@@ -1,5 +1,8 @@
-"""Jobs that wait in a cluster's queue or run there: each has a file in `claims/submitted/` until it has ended well, so that
-any machine that sees the folder can say what became of them."""
+"""Jobs that wait in a cluster's queue or run there.
+
+Each has a file in `claims/submitted/` until it has ended well, so that any machine that sees the folder can say what
+became of them.
+"""
 
 from __future__ import annotations
 
@@ -53,9 +56,11 @@ def note_failed(output: Path, job: str, reason: str) -> None:
 
 
 def job_states(output: Path) -> dict[str, str]:
-    """Each submitted job that has not ended well: queued, running, lost, or why it failed. Slurm is asked where it can be: one that
-    was ended there, for its node was lost or another job came first, may be queued again. Else the jobs themselves are, by what they
-    renew in the folder."""
+    """Each submitted job that has not ended well: queued, running, lost, or why it failed.
+
+    Slurm is asked where it can be: one that was ended there, for its node was lost or another job came first, may be
+    queued again. Else the jobs themselves are, by what they renew in the folder.
+    """
     paths = sorted((output / CLAIMS / FOLDER).glob("[0-9]*"))
     said = {path.name: text for path in paths if (text := _said(path)) != ENDED}
     if not said:

@@ -1,4 +1,4 @@
-"""Results of an earlier plan in the same folder that a new plan does not show any more, and what shows them again, if anything."""
+"""Results of an earlier plan in a folder that a new plan no longer shows, and how to show them again."""
 
 from __future__ import annotations
 
@@ -80,8 +80,7 @@ def _changed(cell: Cell, contents: Mapping[str, Collection[str]]) -> list[str]:
 
 
 def _files(cell: Cell) -> Iterator[tuple[str, str]]:
-    """The rotor's and the measurement's file and the tables that a rotor file names, with the hash of what each held when the cell was
-    planned."""
+    """Rotor file, measurement file and tables of a rotor file, with their hashes at planning."""
     for group, name in FILE.items():
         file, fingerprint = (cell.settings.get(group) or {}).get(name), cell.settings.get(FINGERPRINTS[group])
         if file and fingerprint:

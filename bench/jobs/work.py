@@ -1,4 +1,7 @@
-"""A job's work: runs of the plan that it claims, in worker processes that can die without harm, into its record file."""
+"""Work of a job: runs of the plan that it claims, computed in worker processes, into its record file.
+
+The worker processes can die without harm.
+"""
 
 from __future__ import annotations
 
@@ -96,7 +99,10 @@ def looked_around(queue: _Queue, bar: Progress) -> Callable[[], None]:
 
 
 class _Queue:
-    """The runs that this job has claimed and not started; what it holds at the end of the context is free again."""
+    """The runs that this job has claimed and not started.
+
+    Runs that it holds at the end of the context are free again.
+    """
 
     def __init__(self, plan: Plan, job: Job, claims: Claims, presence: Presence, n_worker: int, n_per_run: int) -> None:
         self._plan, self._job, self._claims, self._presence = plan, job, claims, presence
@@ -130,8 +136,10 @@ class _Queue:
             yield Given(run, arguments, outside)
 
     def _of_cell(self, cell: int) -> tuple[dict[str, dict[str, str]], str]:
-        """The plain files that a cell's runs load, and what names all their plugins from outside: a file that a run does not name is not
-        imported for it."""
+        """The plain files that a cell's runs load, and what names all their plugins from outside.
+
+        A file that a run does not name is not imported for it.
+        """
         if cell not in self._of_cells:
             settings = self._plan.cells[cell].settings
             files = {self._plan.plugins[word] for word in self._plan.plugins if mentions(settings, word)}

@@ -1,4 +1,7 @@
-"""True values that nobody knows, for studies that only need some to linearise at: the middles of the limits, and that they are."""
+"""Assumed true values for studies that need some only to linearise at.
+
+They are the midpoints of the limits, and marked as such.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,11 @@ SYNTHETIC, TRUTH = "synthetic", "truth"
 
 
 def with_assumed_values(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """A run's settings, with a true value for each unknown of its problem where its study takes middles of limits
-    (`takes_middles`) and neither the problem nor measurement.truth has one."""
+    """Settings of a run, with a true value for each unknown of its problem.
+
+    Unknowns without a value in the problem or measurement.truth take the midpoint of their limits, if the study allows
+    that (`takes_middles`).
+    """
     source, chosen = settings["measurement"], settings["problem"]
     study: type[Study] = registry.plugin_class("study", settings["study"]["name"])
     if not study.takes_middles or source["name"] != SYNTHETIC:

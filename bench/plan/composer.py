@@ -30,8 +30,11 @@ REFERENCE = re.compile(rf"\$\{{[^}}]*\b({'|'.join(('hydra', *LINES))})\b")  # to
 
 
 class Composer:
-    """Configurations of one experiment. `fixed` is what the command line gives one value, `swept` what it gives several;
-    `labels` are of the lines of the grid that it chooses (none: all)."""
+    """Configurations of one experiment.
+
+    `fixed` is what the command line gives one value, `swept` what it gives several; `labels` are of the lines of the
+    grid that it chooses (none: all).
+    """
 
     def __init__(
         self,
@@ -48,8 +51,10 @@ class Composer:
 
     @cached_property
     def outline(self) -> DictConfig:
-        """The experiment without the settings that the command line gives plugins: what it includes, its grid and the
-        plugins where the grid names none."""
+        """The experiment without the settings that the command line gives plugins.
+
+        It has the included files, the grid, and the plugins if the grid names none.
+        """
         return self._compositions.of(choice.word for choice in self._fixed if not _of_plugin(choice))
 
     @cached_property
@@ -65,8 +70,11 @@ class Composer:
         return self.at({})
 
     def own(self, points: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-        """The points, each once, as a configuration knows them: with the settings that plugins chosen there have. One that
-        names its plugin says more than one that does not, and the command line more than the grid."""
+        """The points, each once, as a configuration knows them.
+
+        They have the settings of the plugins chosen there. A setting that names its plugin takes precedence over one
+        that does not, and the command line over the grid.
+        """
         return each_once(self._own(point) for point in points)
 
     def _own(self, point: Mapping[str, Any]) -> dict[str, Any]:
@@ -133,8 +141,10 @@ class Composer:
 
     @cached_property
     def compared(self) -> Mapping[str, Any]:
-        """Settings that leave optimisers as they are where the command line sweeps them: a local search after each would end at one
-        optimum, whichever came before it. What is given stays."""
+        """Settings that leave optimisers as they are where the command line sweeps them.
+
+        A local search after each would end at one optimum, whichever came before it. What is given stays.
+        """
         if len(self._swept.get("optimizer", ())) < 2:
             return {}
         given = {short(each.key) for each in self._fixed} | {short(key) for key in self._swept}
@@ -142,8 +152,10 @@ class Composer:
         return {key: False for key in AFTER_SEARCH if key not in given | blocks}
 
     def _is_meant(self, key: str, groups: Mapping[str, str]) -> bool:
-        """Whether a key of the grid or of a sweep is for a point: a setting of a plugin that is swept or names its plugin,
-        where the one chosen there has it."""
+        """Whether a key of the grid or of a sweep is for a point.
+
+        A setting of a plugin counts if the plugin is swept or named, and the one chosen at the point has it.
+        """
         said = plugin_setting(key)
         if said is None:
             return True
@@ -154,8 +166,10 @@ class Composer:
         return _names(said, groups.get(said.group, self.outline[said.group].name))
 
     def _has(self, key: str, groups: Mapping[str, str]) -> bool:
-        """Whether a setting on the command line is one of the plugin chosen at a point; one that none of the chosen has, or of a
-        plugin that is not chosen, is refused."""
+        """Whether a setting on the command line is one of the plugin chosen at a point.
+
+        One that none of the chosen has, or of a plugin that is not chosen, is refused.
+        """
         said = plugin_setting(key)
         if said is None:
             return True

@@ -1,4 +1,7 @@
-"""From the configurations of an experiment to its plan: cells with checked settings, runs with keys and seeds."""
+"""Plan of an experiment from its configurations.
+
+Cells have checked settings, runs have keys and seeds.
+"""
 
 from __future__ import annotations
 
@@ -211,8 +214,10 @@ def _check_whole(config: DictConfig) -> None:
 
 
 def _require_one_folder(config: DictConfig, axes: Collection[str]) -> None:
-    """Raise `SettingError` if the name or the folder of the results is made of a setting with several values: one of them would name
-    the folder of all."""
+    """Raise `SettingError` if name or folder of the results contain a setting with several values.
+
+    One of the values would name the folder of all.
+    """
     for key in ("name", "output"):
         masked: Any = OmegaConf.to_container(OmegaConf.masked_copy(config, [key]), resolve=False)
         text = str(masked[key])
@@ -233,8 +238,11 @@ def _own(config: DictConfig, names: Iterable[str]) -> dict[str, Any]:
 def _cells(
     composer: Composer, points: Sequence[dict[str, Any]], modules: dict[str, str]
 ) -> tuple[tuple[Cell, ...], list[PluginFailure]]:
-    """The cell of each point, and why plugins from outside have none. A file of a fleet that cannot be used costs its own run alone, which
-    fails with the reason; `SettingError` if no file can be used with the same settings, so that it is not the file."""
+    """The cell of each point, and why plugins from outside have none.
+
+    A file of a fleet that cannot be used costs its own run alone, which fails with the reason; `SettingError` if no
+    file can be used with the same settings, so that it is not the file.
+    """
     made: dict[int, Cell] = {}
     failures: list[PluginFailure] = []
     refused: dict[int, SettingError] = {}
@@ -262,8 +270,10 @@ def _cells(
 
 
 def _each_once(cells: Iterable[Cell]) -> tuple[Cell, ...]:
-    """The cells, each once that does the same runs at the same place: a method without an optimiser is one cell, however many
-    optimisers it is crossed with."""
+    """The cells, each once that does the same runs at the same place.
+
+    A method without an optimiser is one cell, however many optimisers it is crossed with.
+    """
     known: dict[str, Cell] = {}
     for cell in cells:
         same = json.dumps([cell.settings, cell.seed, cell.place], sort_keys=True, default=str)
@@ -272,7 +282,10 @@ def _each_once(cells: Iterable[Cell]) -> tuple[Cell, ...]:
 
 
 def _require_survived(config: DictConfig, point: dict[str, Any], tried: dict[str, PluginFailure | None]) -> None:
-    """Raise `PluginFailure` if planning with these plugins from outside ends the process: the first cell of each is tried in a fork."""
+    """Raise `PluginFailure` if planning with these plugins from outside ends the process.
+
+    The first cell of each is tried in a fork.
+    """
     chosen: Any = OmegaConf.to_container(OmegaConf.masked_copy(config, list(registry.GROUPS)), resolve=True)
     theirs = " ".join(outside_in(chosen))
     if theirs and theirs not in tried:
@@ -290,7 +303,7 @@ def _differ_by_file(place: Mapping[str, Any], point: Mapping[str, Any]) -> bool:
 
 
 def _with_file(cell: Cell, config: DictConfig, point: Mapping[str, Any]) -> Cell:
-    """A cell with the files of another point in place of its own, as far as they can be known without being read."""
+    """Cell with the files of another point in place of its own, as far as known without reading them."""
     settings = {key: value for key, value in cell.settings.items() if key not in FINGERPRINTS.values()}
     files = {group: OmegaConf.to_container(config[group], resolve=True) for group in FINGERPRINTS if settings[group]}
     settings = {**settings, **files}
@@ -354,7 +367,10 @@ def _seed(config: DictConfig, point: Mapping[str, Any], settings: Mapping[str, A
 
 
 def _table(asked: str | None, cells: Sequence[Cell]) -> str:
-    """The kind of table: as asked, or the one that the cells' study has; it is made of the records of one study."""
+    """The kind of table: as asked, or the one that the cells' study has.
+
+    It is made of the records of one study.
+    """
     studies = sorted({cell.settings["study"]["name"] for cell in cells})
     if len(studies) > 1:
         raise SettingError(

@@ -1,4 +1,6 @@
-"""A fleet: `measurement.path=fleet/*.csv` measures a file of each machine, and each file is a cell of the experiment.
+"""Fleet: `measurement.path=fleet/*.csv` measures a file of each machine.
+
+Each file is a cell of the experiment.
 
 A pattern is one of the shell (`*`, `?`, `[ab]`, `**` for all folders below). Where `problem.file` is a pattern too, each machine
 has a rotor of its own: the file that fits it and has the stem of the measurement, `fleet/*.yaml` next to `fleet/*.csv`.

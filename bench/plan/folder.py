@@ -1,4 +1,7 @@
-"""A folder of results belongs to one experiment, one measurement and one problem: another one is refused, not written over it."""
+"""A folder of results belongs to one experiment, one measurement and one problem.
+
+Another one is refused, not written over it.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +27,10 @@ FILE = {PROBLEM: "file", MEASUREMENT: "path"}  # the setting that names it
 
 
 def require_own_folder(plan: Plan, output: Path) -> None:
-    """Raise `SettingError` if a folder holds another experiment (by name or study), another measurement or another
-    problem. The same experiment with other settings is welcome: its finished runs are kept."""
+    """Raise `SettingError` if a folder holds another experiment, measurement or problem.
+
+    Experiments differ by name or study. An experiment with other settings is accepted: its finished runs are kept.
+    """
     if (found := _other_plan(plan, output)) is not None:
         raise SettingError(
             f"{output}: expected a folder of {_described(plan)}, got one with results of {_described(found)}, which stay as"
@@ -34,8 +39,11 @@ def require_own_folder(plan: Plan, output: Path) -> None:
 
 
 def own_folder(plan: Plan, output: Path) -> Path:
-    """The default folder of a plan, or if it holds another problem, measurement or study, the one next to it that is named after
-    what is other: results/run, results/run_pump, results/run_pump_diagnose. No command is refused for another one before it."""
+    """Default folder of a plan, or a neighbour named after the difference if it holds other results.
+
+    Differences are of problem, measurement or study: results/run, results/run_pump, results/run_pump_diagnose. No
+    command is rejected because of an earlier one.
+    """
     folder = output
     for _ in range(MOST_PARTS):
         found = _other_plan(plan, folder)
@@ -86,14 +94,19 @@ def _is_same_file(one: Plan, other: Plan) -> bool:
 
 
 def _is_same_problem(one: Plan, other: Plan) -> bool:
-    """Whether they share a problem, or one of them has none: by its file where it has one, else by its name."""
+    """Whether two plans share a problem, or one of them has none.
+
+    A problem is compared by its file if it has one, else by its name.
+    """
     shared = _identities(one, PROBLEM) & _identities(other, PROBLEM)
     return bool(shared) or not (_names(one) and _names(other))
 
 
 def _identities(plan: Plan, group: str) -> set[str]:
-    """Files by where they lie and by what they hold, so that moving one makes no other, nor does correcting it, but both
-    at once do; plugins without a file by their name."""
+    """Files by location and content; plugins without a file by name.
+
+    Moving a file keeps its identity, and so does correcting it, but not both at once.
+    """
     contents = {cell.settings.get(FINGERPRINTS[group]) for cell in plan.cells}
     places = {str(Path(path).expanduser().absolute()) for path in _files(plan, group)}
     without = {
@@ -131,7 +144,10 @@ def _described(plan: Plan) -> str:
 
 
 def _free(plan: Plan, found: Plan, output: Path) -> str:
-    """A folder that is not there yet, named after what is other in the plan: its problem, its measurement or its name."""
+    """A folder that is not there yet, named after what is other in the plan.
+
+    Its problem, its measurement or its name.
+    """
     name = f"{output.name}_{folder_part(_difference(plan, found))}"
     places = (output.with_name(each) for each in (name, *(f"{name}_{number}" for number in range(2, MOST_TRIED))))
     free = next((each for each in places if not each.exists()), output.with_name(f"{name}_{MOST_TRIED}"))
@@ -139,7 +155,9 @@ def _free(plan: Plan, found: Plan, output: Path) -> str:
 
 
 def folder_part(name: str) -> str:
-    """A name as a part of a folder's: letters of any script, digits, points and hyphens; all else is an underscore.
+    """A name as a part of a folder's: letters of any script, digits, points and hyphens.
+
+    All else is an underscore.
 
     >>> folder_part("<b>Ümlaut (2)")
     '_b_Ümlaut_2_'

@@ -32,7 +32,10 @@ def why_unusable(group: str, name: object) -> str:
 
 
 def with_usable(points: Sequence[Point]) -> tuple[list[Point], list[str]]:
-    """The points whose plugins can be chosen, and a line for each other plugin; `SettingError` if no point is left."""
+    """The points whose plugins can be chosen, and a line for each other plugin.
+
+    Raises `SettingError` if no point is left.
+    """
     chosen = {(group, name) for point in points for group, name in point.items() if group in registry.GROUPS}
     reasons = {each: reason for each in sorted(chosen, key=str) if (reason := why_unusable(*each))}
     kept = [point for point in points if reasons.keys().isdisjoint(point.items())] if reasons else list(points)
@@ -43,8 +46,10 @@ def with_usable(points: Sequence[Point]) -> tuple[list[Point], list[str]]:
 
 @contextmanager
 def planning(settings: Mapping[str, Any]) -> Iterator[None]:
-    """Whatever plugins from outside raise in the block is a `PluginFailure` that names them, and what they change in this process is as
-    before after it; processes that they start in it end."""
+    """Context in which errors of plugins from outside become a `PluginFailure` that names them.
+
+    Changes that they make in this process are undone, and processes that they start end.
+    """
     theirs = outside_in(settings)
     try:
         with ExitStack() as stack:

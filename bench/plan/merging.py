@@ -137,7 +137,7 @@ def _file_digest(plan: Plan, word: str) -> str | None:
 
 
 def _require_same_cell(known: Cell, folder: Path, cell: Cell, other: Path) -> None:
-    """`SettingError` if two cells of one place are computed from other settings, or their unknowns are others."""
+    """Raise `SettingError` if two cells of one place differ in settings or unknowns."""
     one, two = dict(_flat(known.settings)), dict(_flat(cell.settings))
     differing = sorted(name for name in {**one, **two} if one.get(name) != two.get(name))
     place = shortened(", ".join(f"{axis}={value}" for axis, value in cell.place.items()), LONGEST_LIST)

@@ -12,7 +12,10 @@ LONGEST_NAME = 80  # characters of a label or another value in a table or a figu
 
 
 def telling_axes(plan: Plan) -> tuple[str, ...]:
-    """Axes on which cells differ; where cells have labels, those on which cells of one label differ. At least samples."""
+    """Axes on which cells differ; where cells have labels, those on which cells of one label differ.
+
+    If cells differ on no axis, it is `samples`.
+    """
     if "label" in plan.axes:
         groups: dict[Any, list[Cell]] = {}
         for cell in plan.cells:
@@ -26,8 +29,11 @@ def _differ(axis: str) -> Any:
 
 
 def place_text(value: Any) -> str:
-    """A setting's value as tables and figures print it. Of a long one the beginning, and digits of its hash that
-    distinguish it from another one with this beginning."""
+    """A setting's value as tables and figures print it.
+
+    A long value is shown by its beginning, and by digits of its hash that distinguish it from others with this
+    beginning.
+    """
     text = "–" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
     if len(text) <= LONGEST_NAME:
         return text

@@ -1,4 +1,4 @@
-"""Code from outside the project that a run computes by: the packages or files of its plugins, and what these pull in.
+"""Code from outside the project that a run uses: packages or files of its plugins and their imports.
 
 Modules of a plugin's distribution count if the plugin imports them (`bench.plan.provenance`), so that an edit of one plugin leaves
 results of the others fresh. Its data files count all, since it is not visible from outside which of them a result depends on; so do
@@ -154,7 +154,10 @@ def _files(owner: Distribution, package: str | None = None) -> dict[str, Path]:
 
 
 def _packages(owner: Distribution) -> list[str]:
-    """Top-level packages of a distribution: as its files have them, else as it lists them or its entry points name them."""
+    """Top-level packages of a distribution.
+
+    They are taken from its files, else from its own list or its entry points.
+    """
     names = [
         PurePosixPath(name).parts[0].removesuffix(".py") for name in _installed_files(owner) if name.endswith(".py")
     ]

@@ -21,7 +21,10 @@ Figure = Mapping[str, Any]  # a plotly figure: {"data": [traces], "layout": {…
 
 @dataclass(frozen=True)
 class Prose:
-    """A text as the terminal prints it: lines are sentences, indented ones a list, aligned columns a table."""
+    """A text as the terminal prints it.
+
+    Lines are sentences, indented ones a list, aligned columns a table.
+    """
 
     text: str
 
@@ -62,8 +65,11 @@ Control = Choice  # of a plot: its traces have the tags as `meta`
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot of plotly's own, which no chart describes, and in words what it shows. `still` names the PNG of the same among the report's figures, which
-    stands in its place where no script runs; `height` is in px."""
+    """A plot of plotly's own, which no chart describes, and in words what it shows.
+
+    `still` names the PNG of the same among the report's figures, which stands in its place where no script runs;
+    `height` is in px.
+    """
 
     title: str
     alternative: str
@@ -75,8 +81,11 @@ class Plot:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A chart, or what describes it, which may fail alone. `file` is the name of a PNG of it, which is written among the report's
-    figures, and stands in its place where no script runs; '' without one."""
+    """A chart, or what describes it, which may fail alone.
+
+    `file` is the name of a PNG of it, which is written among the report's figures, and stands in its place where no
+    script runs; '' without one.
+    """
 
     chart: Chart | Callable[[], Chart]
     file: str = ""
@@ -91,8 +100,11 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Orbits:
-    """Orbits of the shaft at a speed to be chosen. `speed` is in rpm; of each plane and kind ('measured', 'model') the
-    phasors of x and y over speed as (re x, im x, re y, im y) in µm."""
+    """Orbits of the shaft at a speed to be chosen.
+
+    `speed` is in rpm; of each plane and kind ('measured', 'model') the phasors of x and y over speed as (re x, im x, re
+    y, im y) in µm.
+    """
 
     title: str
     alternative: str
@@ -136,8 +148,11 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """`headline` is the finding in a sentence, which the index of all results shows too; `about` says of which data it is. A section
-    without a title follows the one before it."""
+    """Content of a page.
+
+    `headline` is the finding in a sentence, which the index of all results shows too. `about` says of which data it is.
+    A section without a title follows the one before it.
+    """
 
     headline: str = ""
     sections: tuple[Section, ...] = field(default=())

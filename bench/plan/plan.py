@@ -1,4 +1,6 @@
-"""The plan: every run of an experiment with its settings, seeds and key. Pure, but for reading and writing the file.
+"""The plan: every run of an experiment with its settings, seeds and key.
+
+Pure, but for reading and writing the file.
 
 A *cell* is one set of settings, a field of a table; a *run* is a cell with one repetition's seeds.
 """
@@ -131,13 +133,18 @@ def component_seeds(seed: int, repetition: int) -> dict[str, list[int]]:
 
 
 def own_seed(seed: int, data: Mapping[str, Any]) -> int:
-    """The seed of a cell where an experiment gives cells with other data their own: made of what says which data they are, so
-    that it stays the same whatever other cells there are."""
+    """The seed of a cell where an experiment gives cells with other data their own.
+
+    Made of what says which data they are, so that it stays the same whatever other cells there are.
+    """
     return int(_hash([seed, data])[:8], 16)
 
 
 def global_entropy(seeds: Mapping[str, list[int]]) -> list[int]:
-    """Entropy for generators that a process shares, of a run with these seeds: its seed and repetition at their place."""
+    """Entropy for generators that a process shares, of a run with these seeds.
+
+    Its seed and repetition at their place.
+    """
     seed_and_repetition = next(iter(seeds.values()), [0, 0, 0])[:2]
     return [*seed_and_repetition, GLOBAL_PLACE]
 
@@ -159,7 +166,10 @@ def all_runs(cells: tuple[Cell, ...], repetitions: int, versions: Mapping[str, s
 
 
 def answered_by(code: str, versions: Mapping[str, str]) -> str:
-    """The digest of what answers the questions of a cell: code of this digest and these versions of libraries."""
+    """The digest of what answers the questions of a cell.
+
+    Code of this digest and these versions of libraries.
+    """
     return _hash([code, versions])
 
 
@@ -207,8 +217,10 @@ def read_plan(output: Path) -> Plan:
 
 
 def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
-    """The plan that `plan_lines` has written, with as many of its runs as there are lines of. `ValueError` where a field is
-    missing, has another type, or does not fit the others."""
+    """The plan that `plan_lines` has written, with as many of its runs as there are lines of.
+
+    `ValueError` where a field is missing, has another type, or does not fit the others.
+    """
     lines_by_type: dict[str, list[dict[str, Any]]] = {"plan": [], "cell": [], "run": []}
     for line in lines:
         lines_by_type[line.pop("line")].append(line)

@@ -1,4 +1,4 @@
-"""Provenance of a result: the modules that take part in it, without comments, and the versions of libraries."""
+"""Provenance of a result: its modules without comments, and the versions of libraries."""
 
 from __future__ import annotations
 
@@ -33,11 +33,13 @@ PARTS = "parts"  # key of a run's settings for the plugins that its own are made
 
 
 def used_modules(settings: Mapping[str, Any], plugins: Mapping[str, str] = NO_FILES) -> dict[str, str]:
-    """Digest by name of every module that a run with these settings executes: its plugins, and all that they and the
-    run itself import, of this project and of the packages that the plugins come from; with these, what else they bring along
-    from outside (`bench.plan.outside`). `plugins` are the plain files of plugins by what chooses them, `optimizer=mine`.
-    Files are read and never executed, as settings may come from a received folder. `SettingError` for a plugin that is not
-    registered."""
+    """Digest by name of every module that a run with these settings executes.
+
+    Its plugins, and all that they and the run itself import, of this project and of the packages that the plugins come
+    from; with these, what else they bring along from outside (`bench.plan.outside`). `plugins` are the plain files of
+    plugins by what chooses them, `optimizer=mine`. Files are read and never executed, as settings may come from a
+    received folder. `SettingError` for a plugin that is not registered.
+    """
     chosen = _chosen(settings)
     own = [registry.modules_of(*word.split("=", 1)) for word in chosen if word not in plugins]
     installed = dict.fromkeys(chain.from_iterable(own))
@@ -57,7 +59,10 @@ def outside_plugins(settings: Mapping[str, Any]) -> list[str]:
 
 
 def mentions(settings: Mapping[str, Any], word: str) -> bool:
-    """Whether a run's settings choose a plugin, given as `group=name`, or hold its name anywhere, as a list of effects does."""
+    """Whether a run's settings choose a plugin or hold its name anywhere.
+
+    A choice is `group=name`; a list of effects holds names.
+    """
     name = word.partition("=")[2]
     pending: list[Any] = [settings]
     while pending:
@@ -69,8 +74,11 @@ def mentions(settings: Mapping[str, Any], word: str) -> bool:
 
 
 def _chosen(settings: Mapping[str, Any]) -> list[str]:
-    """Plugins that a run with these settings is made of, as `group=name`. Settings of earlier versions name parts by modules; they
-    are passed over: what was computed by those versions is stale in any case."""
+    """Plugins that a run with these settings is made of, as `group=name`.
+
+    Settings of earlier versions name parts by modules; they are passed over: what was computed by those versions is
+    stale in any case.
+    """
     own = [f"{group}={settings[group]['name']}" for group in registry.GROUPS if settings.get(group) is not None]
     return [*own, *(part for part in settings.get(PARTS, ()) if "=" in part)]
 
@@ -108,7 +116,10 @@ def _parents(module: str) -> list[str]:
 
 
 def names_of_parts(plugins: Iterable[Settings]) -> list[str]:
-    """Plugins that plugins are made of, as `group=name`: an extended problem's baseline problem, its effects."""
+    """Plugins that plugins are made of, as `group=name`.
+
+    An extended problem's baseline problem, its effects.
+    """
     return sorted({"=".join(registry.name_of(part)) for plugin in plugins for part in plugin.parts})
 
 
@@ -150,7 +161,10 @@ def library_versions() -> dict[str, str]:
 
 @cache
 def platform_name() -> str:
-    """Kind of processor and kernels of the linear algebra here, for example 'x86_64 SkylakeX': what rounding depends on."""
+    """Kind of processor and kernels of the linear algebra here, for example 'x86_64 SkylakeX'.
+
+    Rounding depends on it.
+    """
     kernels = sorted({str(pool.get("architecture", "?")) for pool in threadpool_info() if pool["user_api"] == "blas"})
     return " ".join([platform.machine(), *kernels])
 

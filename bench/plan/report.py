@@ -1,4 +1,4 @@
-"""The contract of a report: what is printed and written of an experiment's records."""
+"""Contract of a report: output printed and written from an experiment's records."""
 
 from __future__ import annotations
 
@@ -55,15 +55,39 @@ class Report(Settings, ABC):
     study: ClassVar[str]
 
     def check_plan(self, plan: Plan) -> None:
-        """Raise `SettingError` if no report could be made of a plan, before anything is run. Default: it always can."""
+        """Check that a report can be made of a plan, before anything is run.
+
+        Default: it always can.
+
+        Args:
+            plan: plan of an experiment.
+
+        Raises:
+            SettingError: no report can be made of it.
+        """
 
     @abstractmethod
     def make(self, plan: Plan, output: Path) -> Made:
-        """The report of a plan's records in the folder of an experiment."""
+        """Report of a plan's records.
+
+        Args:
+            plan: plan of an experiment.
+            output: folder of its records.
+
+        Returns:
+            Text, files and figures.
+        """
 
 
 def report_named(name: str) -> Report:
-    """The report that `table` or a study's `report` names."""
+    """Report that `table` or a study's `report` names.
+
+    Args:
+        name: registered name.
+
+    Raises:
+        SettingError: the class is not a `Report`, or names no study.
+    """
     report = registry.create("report", name, {})
     if not isinstance(report, Report):
         raise SettingError(

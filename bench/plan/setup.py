@@ -30,8 +30,11 @@ PARTS_FIRST = sorted(registry.GROUPS, key=lambda group: group == "method")  # a 
 
 @dataclass(frozen=True)
 class Setup:
-    """`plugins` by group, None if a part is ignored; `aligned_problem` is None for a study that requests none; `truth` by
-    name, SI, as far as it is known to anyone: empty for what was really measured."""
+    """Parts of a run: plugins, problem and true values.
+
+    `plugins` are by group, None if a part is ignored. `aligned_problem` is None for a study that requests none. `truth`
+    is by name, SI, as far as it is known to anyone: empty for what was really measured.
+    """
 
     plugins: Mapping[str, Any]
     aligned_problem: Problem | None
@@ -91,8 +94,10 @@ class Setup:
         return self.source.hidden_effects(self.settings, generator(draw.seeds["hidden"]))
 
     def with_hidden(self, draw: Draw) -> tuple[Problem, Array] | None:
-        """The problem with what the data of one run hide, and all true values (d,) SI; None if nothing is hidden. For
-        judging what was found, after it was found."""
+        """The problem with what the data of one run hide, and all true values (d,) SI.
+
+        None if nothing is hidden. For judging what was found, after it was found.
+        """
         found = self.source.with_hidden(self.settings, self.problem, generator(draw.seeds["hidden"]))
         return None if found is None else (found[0], np.concatenate([self.true_x, found[1]]))
 
@@ -149,8 +154,10 @@ def fingerprints(plugins: Mapping[str, Any]) -> dict[str, str]:
 
 
 def plugins_of(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """The plugins that a run's settings name, their settings checked, the method made of its parts; what is ignored is
-    None."""
+    """The plugins that a run's settings name, their settings checked, the method made of its parts.
+
+    Ignored parts are None.
+    """
     settings = {"study": {"name": "identify"}, **settings}  # records older than studies name none
     plugins: dict[str, Any] = {}
     for group in PARTS_FIRST:

@@ -1,4 +1,6 @@
-"""The size of an experiment: how many runs its grid and repetitions make, known before any of them is planned or written.
+"""Size of an experiment: number of runs of its grid and repetitions.
+
+It is known before any of them is planned or written.
 
 A plan of 100 000 runs takes 20 s and 40 MB to write. More than that is usually a slip (`repetitions=1000000000000`) and needs
 `force=true`. A plan is read as a whole, so that ten million runs, a few GB, are the most that one experiment can have.
@@ -21,7 +23,7 @@ MANY = 1000  # runs from which on their number is printed before they are begun
 def require_size(
     blocks: Sequence[Block], swept: Mapping[str, tuple[Any, ...]], fixed: set[str], repetitions: int, is_forced: bool
 ) -> None:
-    """Raise `SettingError` if an experiment has more runs than it may, or more than anyone is likely to mean."""
+    """Raise `SettingError` if an experiment has more runs than allowed, or than anyone is likely to mean."""
     n_cell = n_point(blocks, swept, fixed)
     n_run = n_cell * max(repetitions, 1)
     if n_run <= (MOST if is_forced else UNFORCED):

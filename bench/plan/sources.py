@@ -23,8 +23,10 @@ DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 @dataclass(frozen=True)
 class Source:
-    """`digest` of the syntax tree; `imports` as they are written, a relative one with its dots: packages, modules, and names
-    that might be one."""
+    """Digest of a module's syntax tree, and its imports.
+
+    `imports` are as written, a relative one with its dots: packages, modules, and names that might be one.
+    """
 
     digest: str
     imports: tuple[str, ...]
@@ -67,7 +69,10 @@ def absolute(name: str, module: str, is_package: bool) -> str:
 
 
 def _statements(tree: ast.Module) -> Iterator[ast.AST]:
-    """All statements, and what else holds some: they hold whatever imports or has a docstring, expressions do not."""
+    """All statements, and what else holds some.
+
+    They hold whatever imports or has a docstring, expressions do not.
+    """
     pending: list[ast.AST] = [tree]
     while pending:
         node = pending.pop()

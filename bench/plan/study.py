@@ -1,5 +1,4 @@
 """The contract of a study: one question, answered run by run as plain data."""
-# Shorter than 40 lines: one contract a file.
 
 from __future__ import annotations
 
@@ -14,9 +13,12 @@ from ksmea.settings.settings import Settings
 
 @dataclass(frozen=True)
 class Study(Settings):
-    """Settings of a study. `record` is what it finds; left out: nothing is known of it. `report` names the kind of table that
-    is made of its records (`bench.reports`), `ignores` the parts of a run that make no difference to it; left out: all parts do. `takes_middles` says whether true values that
-    nobody knows may be the middles of their limits; left out: they may not."""
+    """Settings of a study.
+
+    `record` is the class of its results; default: a record without known fields. `report` names the kind of table that is made of
+    its records (`bench.reports`). `ignores` lists the parts of a run that make no difference to it; default: all parts do.
+    `takes_middles` states whether unknown true values may be the midpoints of their limits; default: they may not.
+    """
 
     record: ClassVar[type[Record]] = Record
     report: ClassVar[str]
@@ -24,8 +26,25 @@ class Study(Settings):
     takes_middles: ClassVar[bool] = False
 
     def validate(self, setup: Setup) -> None:
-        """Raise `SettingError` if the parts cannot work together, before anything is run. Default: they always can."""
+        """Check that the parts work together, before anything is run.
+
+        Default: they always do.
+
+        Args:
+            setup: problem, measurement and method of a cell.
+
+        Raises:
+            SettingError: the parts cannot work together.
+        """
 
     @abstractmethod
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
-        """The record of one run: JSON data with a `status` of 'done' or 'budget'."""
+        """Record of one run.
+
+        Args:
+            setup: problem, measurement and method of its cell.
+            draw: seeds of its repetition.
+
+        Returns:
+            JSON data with a `status` of 'done' or 'budget'.
+        """

@@ -35,8 +35,10 @@ DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
 
 
 def collect(output: Path, redraw: bool = True) -> int:
-    """Write and print what the records of an experiment say; 0 where every planned run has a result, else 1, as where its
-    report cannot be made: what was written before then stays.
+    """Write and print what the records of an experiment say.
+
+    Returns 0 if every planned run has a result, else 1, also if its report cannot be made: files written before then
+    stay.
 
     Without `redraw`, figures and page that were drawn from the same tables by the same code are left as they are.
     """
@@ -105,7 +107,10 @@ def draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> tuple[di
 
 @dataclass(frozen=True)
 class _NotDrawn:
-    """Why something was not drawn, and the lines where; no error of other people's code is sent between processes."""
+    """Why something was not drawn, and the lines where.
+
+    No error of other people's code is sent between processes.
+    """
 
     reason: str
     lines: str
@@ -156,7 +161,10 @@ def _write_figures_and_page(plan: Plan, made: Made, output: Path) -> bool:
 
 
 def _unfinished(runs: pd.DataFrame) -> str:
-    """How many runs a figure shows of an experiment that is not finished: '11 of 20 runs'; '' of a finished one."""
+    """Number of runs that a figure shows of an unfinished experiment: '11 of 20 runs'.
+
+    Empty for a finished one.
+    """
     n_result = int(runs["status"].isin(RESULTS).sum())
     return "" if n_result == len(runs) else f"{n_result} of {len(runs)} runs"
 

@@ -20,7 +20,10 @@ from ksmea.errors import visible_lines
 
 
 def collect_all(output: Path, parts: Sequence[Path]) -> None:
-    """One table of all tables, and the figure that needs two of them (13 against 21 elements, the paper's Fig. 5)."""
+    """One table of all tables, and the figure that needs two of them.
+
+    It has 13 against 21 elements, the paper's Fig. 5.
+    """
     frames, true_responses = [], {}
     for part in parts:
         plan = read_plan(part)

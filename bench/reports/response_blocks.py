@@ -1,4 +1,7 @@
-"""Measured and modelled response on a page: over speed, in the complex plane, and as orbits of the shaft."""
+"""Measured and modelled response on a page.
+
+Over speed, in the complex plane, and as orbits of the shaft.
+"""
 
 from __future__ import annotations
 

@@ -49,7 +49,10 @@ def of_identifications(plan: Plan, output: Path) -> pd.DataFrame:
 
 
 def _put_beside(runs: pd.DataFrame, name: str, flags: Sequence[str]) -> None:
-    """Put one column NAME_at_limit, from the first of these that has a value, behind the value that it flags."""
+    """Put one column NAME_at_limit behind the value that it flags.
+
+    It has the values of the first of these columns that has one.
+    """
     found = [runs.pop(flag) for flag in flags if flag in runs]
     if found:
         whole = found[0] if len(found) == 1 else found[0].where(found[0].notna(), found[1])
@@ -119,8 +122,10 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
 
 
 def _interval_columns(parameter: ParameterRecord, basis: str) -> dict[str, Any]:
-    """The most likely value and the ends of the interval around it in the parameter's unit, empty if open, its basis, and
-    whether it holds the true value, empty if nobody knows that."""
+    """Most likely value, ends of its interval in the parameter's unit, basis and coverage.
+
+    Ends are empty if open, coverage is empty if the true value is not known.
+    """
     name = parameter.name
     return {
         sys.intern(f"{name}_most_likely"): parameter.in_unit(parameter.most_likely),
@@ -144,7 +149,10 @@ def _interval_effort(effort: IntervalEffort) -> dict[str, Any]:
 
 
 def _exactness(record: IdentificationRecord, exact: float) -> dict[str, Any]:
-    """Whether all parameters came within `exact` per cent (as 100 or 0), and at which updating step they first did."""
+    """Whether all parameters came within `exact` per cent (100 or 0), and the first step at which.
+
+    It is an updating step.
+    """
     true = np.array([parameter.true for parameter in record.parameters])
     steps = [_worst_error_pct(update.x, true) <= exact for update in record.history]
     return {
@@ -158,7 +166,9 @@ def _worst_error_pct(x: Sequence[float] | np.ndarray, true: np.ndarray) -> float
 
 
 def without_class(error: str) -> str:
-    """Why a run has no result, in a sentence: the class of an error that is a sentence by itself is left out.
+    """Why a run has no result, in a sentence.
+
+    The class of an error that is a sentence by itself is left out.
 
     >>> without_class("SettingError: expected one"), without_class("ValueError: singular")
     ('expected one', 'ValueError: singular')

@@ -1,4 +1,7 @@
-"""Table 5: control parameters of the optimisers as printed, next to those in force here. There are no runs."""
+"""Table 5: control parameters of the optimisers as printed, next to those in force here.
+
+There are no runs.
+"""
 
 from __future__ import annotations
 

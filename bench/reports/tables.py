@@ -27,7 +27,9 @@ EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 
 
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """Tidy table: a row per parameter (then updates, evaluations, time) and cell; median, quartiles, failures.
+    """Tidy table: a row per parameter (then updates, evaluations, time) and cell.
+
+    Median, quartiles, failures.
 
     `error_pct_median` is the median of the absolute errors, `crlb_pct` the CRLB. If the true values are not known, the
     CRLB is evaluated at the identified values, and errors are NaN. `most_likely`, `low` and `high` are medians of the
@@ -100,8 +102,10 @@ def _crlb_pct(facts: ParameterFacts | None, results: pd.DataFrame) -> float:
 
 
 def _interval_summary(results: pd.DataFrame, name: str, n_unknown: int) -> dict[str, float]:
-    """Medians of the most likely values and of the ends of their intervals; not a number where that side is open in most
-    of them."""
+    """Medians of the most likely values and of the ends of their intervals.
+
+    Not a number where that side is open in most of them.
+    """
     if f"{name}_interval" not in results:
         names = ("most_likely", "low", "high", "covered_pct", "ended_short_pct", "excess_deviance", "beyond_pct")
         return dict.fromkeys(names, np.nan)
@@ -119,7 +123,7 @@ def _interval_summary(results: pd.DataFrame, name: str, n_unknown: int) -> dict[
 
 
 def ended_short_pct(results: pd.DataFrame) -> float:
-    """Per cent of the runs in which the method stopped elsewhere than at the maximum that its interval belongs to."""
+    """Per cent of the runs whose method stopped elsewhere than at the maximum of its interval."""
     return 100 * results["ended_short"].dropna().astype(float).mean() if "ended_short" in results else np.nan
 
 
@@ -161,8 +165,9 @@ def csv_text(frame: pd.DataFrame) -> str:
 
 
 def _harmless(value: Any) -> Any:
-    """A text that no spreadsheet takes for a formula, with an apostrophe before it if need be (OWASP, CSV injection); numbers and
-    probes at angles (-45) stay.
+    """Text that no spreadsheet takes for a formula, with an apostrophe before it if needed.
+
+    Numbers and probes at angles (-45) are unchanged. Source: OWASP, CSV injection.
 
     >>> [_harmless(each) for each in ("=1+2", "@x", "-45", "-a", "DE", 3.0)]
     ["'=1+2", "'@x", '-45', "'-a", 'DE', 3.0]
@@ -207,8 +212,10 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
 
 
 def _search_lines(plan: Plan, summary: pd.DataFrame) -> list[str]:
-    """Where searches ended relative to the maximum of the likelihood, in one sentence: over all cells, by the level of the one axis
-    that decides, or of the worst cells."""
+    """Sentence on the ends of searches relative to the maximum of the likelihood.
+
+    Over all cells, by the level of the one axis that decides, or of the worst cells.
+    """
     known = summary.dropna(subset="beyond_pct").drop_duplicates(list(plan.axes) or None)
     if not (known["ended_short_pct"] > 0).any():
         return []
@@ -237,8 +244,11 @@ def _excess(rows: pd.DataFrame) -> str:
 
 
 def beyond_joint_region(results: pd.DataFrame, n_unknown: int) -> tuple[float, float]:
-    """Median excess deviance of where searches ended over the maximum of the likelihood, and the share of the runs, per cent,
-    beyond the joint 95 % region, χ² of as many degrees of freedom as unknowns; NaN where nothing is known."""
+    """Median excess deviance of search ends, and share of runs beyond the joint 95 % region, per cent.
+
+    The excess is over the maximum of the likelihood. The region is of χ² with as many degrees of freedom as unknowns;
+    NaN if nothing is known.
+    """
     if "search_excess" not in results or not (excess := results["search_excess"].dropna().astype(float)).size:
         return np.nan, np.nan
     return float(excess.median()), float(100 * (excess > scipy.stats.chi2.ppf(LEVEL, n_unknown)).mean())

@@ -28,8 +28,10 @@ Value = TypeVar("Value")
 
 
 class KeptByContent(Generic[Value]):
-    """Values of a type that `msgspec` can write, made by a pure function of bytes and kept in a file of this name. The name must
-    change with the function."""
+    """Values computed by a pure function of bytes, kept in a file of this name.
+
+    `msgspec` must be able to write their type. The name must change with the function.
+    """
 
     def __init__(self, name: str, value_type: type[Value], make: Callable[[bytes], Value]) -> None:
         folder = cache_folder()

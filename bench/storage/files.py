@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and a lock that the system releases when its process ends."""
+"""Files that are written whole or not at all, and a lock that ends with its process."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ PARTIAL = re.compile(r"\.(.+\.(csv|png|json|jsonl|yaml|html)|\.drawn)\.([1-9][0-
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Write a file in one move: whatever happens in between, the old one or the new one is there. A link of its name is
-    replaced, and what it points to stays as it is."""
+    """Write a file in one move: whatever happens in between, the old one or the new one is there.
+
+    A link of its name is replaced, and what it points to stays as it is.
+    """
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     partial.unlink(missing_ok=True)  # of an earlier process with this number
     try:
@@ -34,8 +36,10 @@ def replace_file(path: Path, content: bytes) -> None:
 
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
-    """A folder to be filled, which takes the path's name at the end of the block; nothing of it stays where the block fails.
-    `SettingError` if there is something of that name."""
+    """A folder to be filled, which takes the path's name at the end of the block.
+
+    Nothing of it stays where the block fails. `SettingError` if there is something of that name.
+    """
     if path.exists():
         raise SettingError(f"expected no {path} yet, found one; choose another --out, or remove it")
     partial = path.with_name(f".{path.name}.{os.getpid()}")

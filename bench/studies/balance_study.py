@@ -1,4 +1,7 @@
-"""The study `balance`: influence coefficients, unknown weights and corrections of a campaign, without a model of the rotor."""
+"""Study `balance`: influence coefficients, unknown weights and corrections of a campaign.
+
+It uses no model of the rotor.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ from ksmea.studies.balance import BalanceOptions, balance
 
 @dataclass(frozen=True)
 class Balance(BalanceOptions, Study):
-    """Influence coefficients, unknown weights and correction weights of runs with known weights; no rotor is requested."""
+    """Influence coefficients, unknown weights and correction weights of runs with known weights.
+
+    No rotor is requested.
+    """
 
     record: ClassVar[type[Record]] = BalanceRecord
     report: ClassVar[str] = "balance"

@@ -1,4 +1,4 @@
-"""Diagnosis: what the model gets wrong about a measurement, which physical cause explains it, and the evidence."""
+"""Diagnosis: misfit of a model, the physical cause that explains it, and the evidence."""
 
 from __future__ import annotations
 
@@ -91,8 +91,10 @@ class Diagnose(DiagnosisOptions, Study):
 
 
 def _hidden_deviance_drop(setup: Setup, draw: Draw, case: Case, found: DiagnosisRecord) -> float | None:
-    """Deviance drop from the baseline model's fit to the fit of the model that made the data, started from its true values: how
-    clearly the hidden effects show in the data. None if nothing is hidden."""
+    """Deviance drop from the baseline model's fit to the fit of the model that made the data.
+
+    That fit starts from the true values: the drop shows how visible the hidden effects are. None if nothing is hidden.
+    """
     truth, baseline = setup.with_hidden(draw), found.lack_of_fit.before.deviance
     if truth is None or baseline is None:
         return None

@@ -1,4 +1,7 @@
-"""The study `identifiability`: how well these data would determine the unknowns, and how well other data would."""
+"""The study `identifiability`.
+
+How well these data would determine the unknowns, and how well other data would.
+"""
 # Shorter than 40 lines: one plugin a file.
 
 from __future__ import annotations
@@ -16,8 +19,7 @@ from ksmea.studies.identifiability import IdentifiabilityOptions, identifiabilit
 
 @dataclass(frozen=True)
 class IdentifiabilityStudy(IdentifiabilityOptions, Study):
-    """How well the unknowns can be known from such data, by the Cramér–Rao lower bound, and how other data would change
-    that."""
+    """Precision of the unknowns from such data, by the Cramér–Rao lower bound, and from other data."""
 
     record: ClassVar[type[Record]] = IdentifiabilityRecord
     report: ClassVar[str] = "identifiability"

@@ -86,8 +86,11 @@ class Identify(Study):
 
     @property
     def parts(self) -> tuple[Settings, ...]:
-        """The study with its details, if these are requested: it is another plugin (`bench.studies.identify_in_detail`), so that a
-        plain identification neither loads nor depends on the code of details."""
+        """The study with its details, if these are requested.
+
+        It is another plugin (`bench.studies.identify_in_detail`), so that a plain identification neither loads nor
+        depends on the code of details.
+        """
         if not (self.details or self.unmodelled):
             return ()
         own = {field.name: getattr(self, field.name) for field in own_fields(Identify)}
@@ -143,7 +146,10 @@ def streams_of(draw: Draw) -> Streams:
 
 
 def _maximum_near(x: Array, case: Case) -> Point | None:
-    """The maximum of the likelihood nearest to x (d,) SI; None if the data have no noise, or the search fails."""
+    """The maximum of the likelihood nearest to x (d,) SI.
+
+    None if the data have no noise, or the search fails.
+    """
     if case.measurement.noise is not None and not case.measurement.has_noise:
         return None
     with suppress(np.linalg.LinAlgError):
@@ -152,7 +158,10 @@ def _maximum_near(x: Array, case: Case) -> Point | None:
 
 
 def _judged(trace: TraceRecord, setup: Setup, near: Point | None, case: Case) -> TraceRecord:
-    """A trace compared with the true values and the maximum near them; for data without noise, with the true values alone."""
+    """A trace compared with the true values and the maximum near them.
+
+    Data without noise are compared with the true values alone.
+    """
     true, parameters = setup.true_x, case.problem.parameters
     best = true if near is None else parameters.to_si(near.theta[: len(true)])
     searched = as_searched(case)

@@ -1,4 +1,7 @@
-"""Study of an identification with details: data and fit over speed, tests of the fit, an unmodelled force."""
+"""Study of an identification with details.
+
+Data and fit over speed, tests of the fit, an unmodelled force.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ from ksmea.studies.locate import LOCAL_FORCE
 
 @dataclass(frozen=True)
 class IdentifyInDetail(Identify):
-    """Identification with all that `details` and `unmodelled` add; `study=identify study.details=true` is run by it."""
+    """Identification with all that `details` and `unmodelled` add.
+
+    `study=identify study.details=true` is run by it.
+    """
 
     details: bool = setting(
         True, "keep data and fit over speed, a test of the fit, CRLBs and correlations at the identified values"

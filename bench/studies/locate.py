@@ -1,4 +1,4 @@
-"""The study `locate`: where something acts that the model lacks, although nobody knows what, and what it does there."""
+"""Study `locate`: site of an unknown cause that the model lacks, and its action there."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ from ksmea.studies.locate import LOCAL_FORCE, LocationOptions, location
 
 @dataclass(frozen=True)
 class Locate(LocationOptions, Study):
-    """Where something acts that the model lacks, and what it does: an unknown force, moment or reading, free at every speed."""
+    """Site of an unmodelled cause, and its action there.
+
+    An unknown force, moment or reading, free at every speed.
+    """
 
     record: ClassVar[type[Record]] = LocationRecord
     report: ClassVar[str] = "location"

@@ -1,4 +1,7 @@
-"""The study `plan`: which data to add, near the published values or measurement.truth, or what a measurement makes most likely."""
+"""Study `plan`: data to add, near published values, measurement.truth or most likely values.
+
+The last are of a measurement.
+"""
 # Shorter than 40 lines: one plugin a file.
 
 from __future__ import annotations
@@ -16,8 +19,11 @@ from ksmea.studies.planning import PlanningOptions, planning_study
 
 @dataclass(frozen=True)
 class Planning(PlanningOptions, Study):
-    """Speeds, probes or a trial unbalance to add, chosen so that one unknown (c-optimal) or all of them (D-optimal) become
-    known best; next to it what the same amount of data gives without a plan."""
+    """Speeds, probes or a trial unbalance to add, so that unknowns become known best.
+
+    One unknown (c-optimal) or all of them (D-optimal) are the target. Next to it is the gain by as much data without a
+    plan.
+    """
 
     record: ClassVar[type[Record]] = PlanningRecord
     report: ClassVar[str] = "plan"

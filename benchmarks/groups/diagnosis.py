@@ -1,4 +1,6 @@
-"""A diagnosis with all effects, by its parts, on data that the model explains, that lack one effect, and that are far off.
+"""Diagnosis with all effects, by its parts.
+
+Its data are explained by the model, lack one effect, or are far off.
 
 No other program does one. Beside it stands what a thousand evaluations by numpy's solver take, so that the figure does not depend
 on the machine. What a second core gains is about wall time, and wants two idle ones.

@@ -1,4 +1,7 @@
-"""Evaluations of the finite-element model of the three-disk rotor, its derivatives and its critical speeds."""
+"""Evaluations of the finite-element model of the three-disk rotor.
+
+Its derivatives and critical speeds are included.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
-"""What the framework itself takes: runs that do nothing, what is done with finished ones, imports, help; and Table 3 of the paper as a
-whole command, 80 runs on one worker and on two.
+"""Cost of the framework itself: empty runs, work on finished ones, imports and help.
+
+Table 3 of the paper is a whole command, 80 runs on one worker and on two.
 
 That is wall time, since it is about cores: on a machine that does other things too its ratio says nothing.
 """

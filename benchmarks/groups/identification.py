@@ -1,5 +1,7 @@
-"""Identifications of the three-disk rotor from amplitudes with 10 % noise, each turn from data of another seed; and generations of the
-optimisers alone, at an objective that costs nothing, beside the bare library that each adapts.
+"""Identifications of the three-disk rotor from amplitudes with 10 % noise.
+
+Each turn has data of another seed. Generations of the optimisers alone, at an objective that costs nothing, are
+compared with the bare library that each adapts.
 
 Quality is the root mean square over the five unknowns of the errors in units of their Cramér–Rao lower bounds, the median over turns.
 A ratio below 1 of an optimiser is what our adapter, its count of points and its isolation of global generators cost.

@@ -1,5 +1,7 @@
-"""How cost grows: with elements, speeds, points at once, samples, outputs and effects. Exponents are those of power laws over each
-series. Workers are in the group table3, runs in docs/cluster.md."""
+"""Growth of cost with elements, speeds, points at once, samples, outputs and effects.
+
+Exponents are those of power laws over each series. Workers are in the group table3, runs in docs/cluster.md.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Kriging of 106 outputs at once and of one of them: fit, prediction and one more sample, beside four other libraries.
+"""Kriging of 106 outputs at once and of one of them.
+
+Fit, prediction and one more sample, beside four other libraries.
 
 The models are alike but not the same: each estimates one anisotropic Gaussian correlation by its own objective, scikit-learn about a
 constant mean, the others about a linear trend. So the held-out error stands in the row, and predictions differ by what the
@@ -63,7 +65,7 @@ def _outputs(q: int) -> str:
 
 
 def _peers(q: int, task: str, demands: dict[tuple[str, int], float], **settings: Any) -> list[Contestant]:
-    """Those that fit so many outputs."""
+    """Peers that fit so many outputs."""
     return [
         by(name, task, library, demands.get((name, q)), model=name, **settings)
         for name, library in LIBRARIES.items()

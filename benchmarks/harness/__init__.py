@@ -1,1 +1,4 @@
-"""How things are timed side by side: processes that answer timing requests, rows, pairs, tables, pages."""
+"""Timing side by side.
+
+Processes that answer timing requests, rows, pairs, tables, pages.
+"""

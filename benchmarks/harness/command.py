@@ -50,7 +50,10 @@ groups: {" ".join(GROUPS)} (all if none is named)
 
 
 def main(words: Sequence[str]) -> int:
-    """Exit code 0: measured; 2: bad input, said in one line; 130: interrupted, with what was measured written."""
+    """Run the command and return its exit code.
+
+    0: measured; 2: bad input, stated in one line; 130: interrupted, with the measured rows written.
+    """
     if any(word in ("-h", "--help", "help") for word in words):
         print(USAGE, end="")
         return 0
@@ -83,7 +86,10 @@ def _entered(words: Sequence[str]) -> int:
 
 
 def run(rows: Sequence[Row], asked: argparse.Namespace) -> int:
-    """Measure the rows. The table is written after each of them, so that nothing is lost, picture and page at the end."""
+    """Measure the rows.
+
+    The table is written after each of them, so that nothing is lost, picture and page at the end.
+    """
     lines: list[Line] = []
     path = asked.out / "benchmarks.csv"
     before = read(path) if path.is_file() else None

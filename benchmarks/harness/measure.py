@@ -24,7 +24,7 @@ LEAST_TURNS = 3  # of what takes so long that the row's budget would allow fewer
 
 @dataclass
 class Measured:
-    """What is known of one contestant: seconds a unit and quality in each turn, or why there are none."""
+    """Result of one contestant: seconds a unit and quality in each turn, or why there are none."""
 
     contestant: Contestant
     version: str = ""
@@ -50,8 +50,10 @@ class Measured:
 
 
 def measured(row: Row, processes: Processes, turns: int) -> list[Measured]:
-    """All contestants of a row, the first one ours. One that cannot run is left out of the turns, with the reason; where
-    that is ours, so are all."""
+    """All contestants of a row, the first one ours.
+
+    One that cannot run is left out of the turns, with the reason; where that is ours, so are all.
+    """
     found = [Measured(contestant) for contestant in row.contestants]
     ours = found[0]
     for each in found:
@@ -105,7 +107,10 @@ def _take(row: Row, each: Measured, ask: Any, turn: int) -> None:
 
 
 def _turns(row: Row, for_one: float, wanted: int) -> int:
-    """As many as the budget of the row allows, at most those wanted, at least `LEAST_TURNS` or what is wanted."""
+    """Number of turns: as many as the budget of the row allows.
+
+    They are at most those wanted, at least `LEAST_TURNS` or what is wanted.
+    """
     wanted = wanted if row.turns is None else min(wanted, row.turns)
     allowed = math.floor(row.budget / for_one) if for_one > 0 else wanted
     return max(min(wanted, allowed), min(wanted, LEAST_TURNS))
@@ -140,7 +145,9 @@ def paired_ratio(theirs: object, ours: object) -> tuple[float, float, float]:
 
 
 def largest_difference(theirs: object, ours: object) -> float:
-    """The largest absolute difference over the largest absolute value of ours; not a number where shapes differ.
+    """The largest absolute difference over the largest absolute value of ours.
+
+    Not a number where shapes differ.
 
     >>> largest_difference([1.0, 2.1], [1.0, -2.0]), largest_difference([1.0], [1.0, 2.0])
     (2.05, nan)

@@ -71,7 +71,10 @@ class Process:
 
 
 class Processes:
-    """The processes of a group, each kept for the next row that asks for it: some libraries take ten seconds to import."""
+    """The processes of a group, each kept for the next row that asks for it.
+
+    Some libraries take ten seconds to import.
+    """
 
     def __init__(self, interpreters: Mapping[str, str]) -> None:
         self.interpreters = interpreters

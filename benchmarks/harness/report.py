@@ -38,7 +38,10 @@ def text(frame: pd.DataFrame) -> str:
 
 
 def page(frame: pd.DataFrame, png: bytes) -> bytes:
-    """The page of a table: demands, figure, all rows, and where they were measured; nothing from a network."""
+    """The page of a table: demands, figure, all rows, and where they were measured.
+
+    Nothing from a network.
+    """
     machines = frame[list(MACHINE)].drop_duplicates().to_dict("records")
     sections = [
         Section("How it was measured", (Prose("\n".join([ABOUT, *(LINE.format(**each) for each in machines)])),))

@@ -1,4 +1,4 @@
-"""What a group asks for: rows, each the same work by several contestants."""
+"""Rows of a benchmark group, each one piece of work by several contestants."""
 
 from __future__ import annotations
 
@@ -33,14 +33,16 @@ class Contestant:
 def by(
     name: str, task: str, library: str = OWN, at_least: float | None = None, note: str = "", **settings: Any
 ) -> Contestant:
-    """A contestant whose task is "module:function" in `benchmarks.tasks`, in the environment that has its library."""
+    """Contestant whose task is "module:function" in `benchmarks.tasks`, in its library's environment."""
     environment = PEERS if library in OF_PEERS else HERE
     return Contestant(name, f"benchmarks.tasks.{task}", settings, library, environment, at_least, note)
 
 
 @dataclass(frozen=True)
 class Row:
-    """The same work, done by several contestants; the first is ours, and the others' times are divided by its.
+    """One piece of work by several contestants; the first is ours.
+
+    The others' times are divided by its time.
 
     `size` is what the work grows with (its name in `size_of`), `unit` what seconds are counted for. `quality` names the number
     that says how good a result is, smaller being better. A row that `is_quick` belongs to the short check. `budget` is the wall

@@ -1,4 +1,7 @@
-"""`python -m benchmarks setup [DIR]`: the environment of the peers, with what the extra `peers` of pyproject.toml names."""
+"""`python -m benchmarks setup [DIR]`: the environment of the peers.
+
+It has what the extra `peers` of pyproject.toml names.
+"""
 
 from __future__ import annotations
 

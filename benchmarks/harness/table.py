@@ -1,4 +1,7 @@
-"""The table of a run: a line for each contestant of each row, in a CSV file whose every line says where it was measured."""
+"""Table of a run: a line for each contestant of each row, in a CSV file.
+
+Every line states where it was measured.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +57,7 @@ def lines_of(row: Row, found: Sequence[Measured], machine: Mapping[str, object])
 
 
 def _part_lines(line: Line, each: Measured) -> Iterable[Line]:
-    """What each part takes, its ratio that to the whole."""
+    """Time of each part, its ratio to the whole."""
     for part in dict.fromkeys(name for parts in each.parts for name in parts):
         seconds = [parts.get(part, 0.0) for parts in each.parts]
         share = [mine / sum(parts.values()) for mine, parts in zip(seconds, each.parts)]
@@ -113,8 +116,10 @@ def same_ratios(now: pd.DataFrame, committed: pd.DataFrame) -> pd.DataFrame:
 
 
 def fallen(both: pd.DataFrame) -> pd.DataFrame:
-    """Ratios whose third quartile now is below two thirds of the committed median: lines to look at, not errors, since ratios
-    still depend on the processor."""
+    """Ratios whose third quartile now is below two thirds of the committed median.
+
+    Lines to look at, not errors, since ratios still depend on the processor.
+    """
     return both[both["ratio_q3_now"] < FALLEN * both["ratio"]]
 
 

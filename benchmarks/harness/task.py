@@ -1,4 +1,7 @@
-"""What a process is told to time. Standard library alone: it is imported where nothing of this project is installed."""
+"""Work that a process times.
+
+Standard library alone: it is imported where nothing of this project is installed.
+"""
 
 from __future__ import annotations
 

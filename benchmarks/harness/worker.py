@@ -1,4 +1,6 @@
-"""A process that prepares a task and times it: `python -m benchmarks.harness.worker DESCRIPTOR`, an end of a pipe.
+"""A process that prepares a task and times it.
+
+`python -m benchmarks.harness.worker DESCRIPTOR`, an end of a pipe.
 
 A request is the name of a method of `Worker` with its arguments, its answer what that returns. `{"failed": "…"}` says what went wrong,
 `{"absent": "…"}` which module is not installed. Standard library alone, so that it runs beside any library. CPU seconds are
@@ -32,7 +34,10 @@ class Worker:
         return {"units": self.task.units, "version": _version(library)}
 
     def run(self, turn: int, calls: int) -> dict[str, Any]:
-        """Seconds of so many calls together, and how good the last one was. Nothing is collected meanwhile, as `timeit` does."""
+        """Seconds of so many calls together, and how good the last one was.
+
+        Nothing is collected meanwhile, as `timeit` does.
+        """
         task = self.task
         gc.collect()
         gc.disable()
@@ -50,7 +55,10 @@ class Worker:
         }
 
     def values(self) -> dict[str, Any]:
-        """What the last call gave, as nested lists: arrays of two versions of numpy do not read each other."""
+        """Result of the last call, as nested lists.
+
+        Arrays of two versions of numpy do not read each other.
+        """
         if self.task.values is None:
             return {"values": None}
         import numpy as np  # not before something is to be compared: a process that times starts bare

@@ -1,1 +1,4 @@
-"""Pieces of work that are timed. A module imports one side's library alone, so that it can run where the others are not."""
+"""Pieces of work that are timed.
+
+A module imports one side's library alone, so that it can run where the others are not.
+"""

@@ -1,4 +1,7 @@
-"""Whole commands, each a process of its own with its start and its imports, in a folder of the task's own."""
+"""Whole commands, each a process of its own in a folder of the task's own.
+
+Start and imports are included.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ def runs(n: int) -> Task:
 
 
 def on_results(words: list[str], n: int) -> Task:
-    """A command on finished runs: status, collect, or the experiment's own once more, which computes nothing."""
+    """A command on finished runs.
+
+    Status, collect, or the experiment's own once more, which computes nothing.
+    """
     folder = _folder()
     experiment = [*EMPTY, f"repetitions={n}", "workers=1", "output=done"]
     _call(folder, "-m", "bench", *experiment)
@@ -56,7 +62,10 @@ def table3(workers: int, repetitions: int = 20) -> Task:
 
 
 def benchopt(n: int, again: bool = False) -> Task:
-    """`benchopt run` of so many solvers that do nothing, one or all hundred; `again` finds them in its cache."""
+    """`benchopt run` of so many solvers that do nothing, one or all hundred.
+
+    `again` finds them in its cache.
+    """
     folder = _folder()
     place = folder / "nothing"
     shutil.copytree(NOTHING, place)

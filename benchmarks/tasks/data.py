@@ -41,7 +41,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class RunUps:
-    """Amplitudes (N_SEED, n_speed, 2) m, the true values (5,) SI and their Cramér–Rao lower bounds (5,), 1 σ."""
+    """Amplitudes (N_SEED, n_speed, 2) m, true values (5,) SI and Cramér–Rao lower bounds (5,), 1 σ."""
 
     values: np.ndarray
     truth: np.ndarray
@@ -51,7 +51,10 @@ class RunUps:
         return self.values[turn % N_SEED]
 
     def error(self, x: np.ndarray) -> float:
-        """Root mean square over the unknowns of the errors in units of their bounds: 1 is what an efficient method has."""
+        """Root mean square over the unknowns of the errors in units of their bounds.
+
+        1 is what an efficient method has.
+        """
         return float(np.sqrt(np.mean(((x - self.truth) / self.crlb) ** 2)))
 
 

@@ -75,7 +75,10 @@ class Clock:
 
 
 def by_part(work: Callable[[], Any]) -> tuple[Any, Counter[str]]:
-    """What the work returns, and core-seconds of each part of the diagnoses in it, without those of others that it calls."""
+    """Result of the work, and core-seconds of each part of its diagnoses.
+
+    The time of others that a part calls is not included.
+    """
     clock = Clock()
     with ExitStack() as stack:
         for part, places in PARTS.items():
@@ -101,7 +104,7 @@ def diagnosis(data: str) -> Task:
 
 
 def shared(data: str, workers: int) -> Task:
-    """The same by processes that share it."""
+    """Diagnosis by processes that share it."""
     rotor, made = _rotor_and_data(DATA[data])
     return Task(lambda turn: ksmea.diagnose(rotor, made(turn), workers=workers))
 
@@ -114,7 +117,10 @@ def of_effects(n_effect: int) -> Task:
 
 
 def location(mesh: int, n_speed: int) -> Task:
-    """Of an unbalance on another disk, which its law tells, among forces and moments at each node and a reading at each plane."""
+    """Location of an unbalance on another disk, which its law reveals.
+
+    Candidates are forces and moments at each node and a reading at each plane.
+    """
     rotor = ksmea.load_problem("three_disk", mesh=mesh, sensors=[0.1, 0.5, 1.0], n_speed=n_speed)
     noise = {"relative": 0.05, "floor": 0.1, "noise_known": False, "kind": "complex"}
     data = ksmea.synthetic_measurement(rotor, hidden=["unbalance"], mesh=26, route="dense", rng=1, **noise)

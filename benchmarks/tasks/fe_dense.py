@@ -1,4 +1,6 @@
-"""Responses of the three-disk rotor as numpy's own solver gives them: all speeds in one call, nothing reduced.
+"""Responses of the three-disk rotor as numpy's own solver gives them.
+
+All speeds in one call, nothing reduced.
 
 The matrices of shaft and disks are assembled once; a set of unknowns changes the bearings' entries and the load. Sets go one
 after the other: a hundred at once are 266 MB of matrices, and take three times as long for each.

@@ -42,7 +42,7 @@ def reduction(mesh: int) -> Task:
 
 
 def dense_reduction(mesh: int) -> Task:
-    """The same by numpy's dense solver."""
+    """Reduction by numpy's dense solver."""
     problem = ThreeDisk(mesh=mesh).build()
     rotor, speed, known = problem.rotor, problem.speed, problem.reduction
     ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
@@ -67,7 +67,7 @@ def sensitivity(effect: str = "") -> Task:
 
 
 def differences(effect: str = "") -> Task:
-    """The same by central differences in one batch."""
+    """Derivatives by central differences in one batch."""
     problem, points = extended(effect)
 
     def derivative(turn: int) -> np.ndarray:
@@ -85,8 +85,10 @@ def _relative(sensitivity: np.ndarray) -> np.ndarray:
 
 
 def extended(effect: str) -> tuple[Problem, Iterator[np.ndarray]]:
-    """The rotor with an effect of its own scale, and where it is linearised (d,): somewhere else at each call, since what was
-    asked for last is kept."""
+    """The rotor with an effect of its own scale, and where it is linearised (d,).
+
+    Somewhere else at each call, since what was asked for last is kept.
+    """
     problem: Problem = ThreeDisk().build()
     x = TRUTH
     if effect:
@@ -97,7 +99,7 @@ def extended(effect: str) -> tuple[Problem, Iterator[np.ndarray]]:
 
 
 def critical_speeds() -> Task:
-    """Those below the highest speed, rad/s, of other bearings at each call."""
+    """Critical speeds below the highest speed, rad/s, with other bearings at each call."""
     rotor = ksmea.load_problem("three_disk")
     values = ({name: value * (1 + 1e-6 * number) for name, value in rotor.reference.items()} for number in count())
     return Task(lambda turn: rotor.critical_speeds(next(values)), values=lambda found: found)

@@ -1,5 +1,8 @@
-"""Responses and critical speeds of the three-disk rotor by ROSS (Timbó et al., J. Open Source Softw. 5 (2020) 2120,
-doi 10.21105/joss.02120): the same Timoshenko elements, with six degrees of freedom at a node where ours have four."""
+"""Responses and critical speeds of the three-disk rotor by ROSS.
+
+The same Timoshenko elements have six degrees of freedom at a node instead of our four. Source: Timbó et al., J. Open Source Softw. 5
+(2020) 2120, doi 10.21105/joss.02120.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,7 @@ def response(elements: tuple[list, list], x: np.ndarray, speed: np.ndarray) -> n
 
 
 def by_transfer_matrix(elements: tuple[list, list], x: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    """The same as a loop over its transfer matrices."""
+    """Response by a loop over its transfer matrices."""
     built = machine(elements, x)
     force = built._unbalance_force(rotor.UNBALANCED_NODE, float(x[4]), 0.0, speed)
     return np.array([(built.transfer_matrix(each) @ force[:, i])[READ] for i, each in enumerate(speed)])
@@ -61,7 +64,7 @@ def set_up(n_speed: int) -> Task:
 
 
 def critical_speeds() -> Task:
-    """Those below the highest speed of the band, rad/s, of other bearings at each call, as ours."""
+    """Critical speeds below the highest speed of the band, rad/s, with other bearings at each call."""
     elements, points = shaft_and_disks(), (rotor.TRUTH * (1 + 1e-6 * number) for number in count())
 
     def found(turn: int) -> np.ndarray:

@@ -1,5 +1,6 @@
-"""The paper's loop as one would write it in an afternoon of scikit-learn, scipy and a finite-element model: what a user has without this
-project.
+"""The paper's loop as a script of scikit-learn, scipy and a finite-element model.
+
+It takes an afternoon to write: a user has it without this project.
 
 A Latin hypercube of samples; Gaussian-process regression of ln amplitudes; scipy's DE on its prediction, a whole generation in one call;
 the model there, until the squared multiple correlation, eq. (23), exceeds 0.999 or `MOST_UPDATES` are done; least squares on the model

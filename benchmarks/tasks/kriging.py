@@ -1,4 +1,6 @@
-"""Kriging by this project and by other libraries, each imported where it is used; docs/speed.md says how alike they are.
+"""Kriging by this project and by other libraries, each imported where it is used.
+
+Docs/speed.md says how alike they are.
 
 - ours: universal, linear trend, one anisotropic Gaussian correlation for all outputs;
 - scikit-learn: one anisotropic Gaussian correlation for all outputs, constant mean. Its own optimiser within our limits of
@@ -96,7 +98,10 @@ def fitted_by_sklearn(u: np.ndarray, y: np.ndarray, kernel: Any = None) -> Any:
 
 
 def by_pydacefit() -> Library:
-    """θ counts in standardised coordinates there, whose variance in a unit cube is 1/12: our limits divided by 12."""
+    """θ counts in standardised coordinates there, whose variance in a unit cube is 1/12.
+
+    Our limits divided by 12.
+    """
     from pydacefit.corr import corr_gauss
     from pydacefit.dace import DACE
     from pydacefit.regr import regr_linear

@@ -1,5 +1,8 @@
-"""Searches of a free objective: by our optimisers, which shows what their adapters and the count of points cost, and by the bare
-libraries, as their documentation shows: points are counted by nobody, the best one is what the library says."""
+"""Searches of a free objective.
+
+They are by our optimisers, which shows the cost of their adapters and of counting points, and by the bare libraries, as
+their documentation shows: points are counted by nobody, and the best one is the library's.
+"""
 
 from __future__ import annotations
 

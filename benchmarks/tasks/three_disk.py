@@ -1,5 +1,7 @@
-"""The three-disk rotor in numbers, for those who build it by other libraries: Table 1 of Han, Guo & Gao (2013),
-doi 10.1016/j.jsv.2012.12.025, 13 equal shaft elements, SI."""
+"""The three-disk rotor in numbers, for those who build it by other libraries.
+
+Table 1 of Han, Guo & Gao (2013), doi 10.1016/j.jsv.2012.12.025, 13 equal shaft elements, SI.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Makes bode_system1.csv: how System 1 would export a run-up of the rotor of problem=three_disk, probes at 45° left and right.
+"""Write bode_system1.csv: a run-up of the rotor of problem=three_disk as System 1 would export it.
+
+Probes are at 45° left and right.
 
     python docs/examples/bode_system1.py > docs/examples/bode_system1.csv
 

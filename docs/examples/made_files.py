@@ -1,4 +1,6 @@
-"""Make the files that docs/file_formats.md imports: `python docs/examples/made_files.py MADE.CSV WIDE.CSV WAVE.CSV`.
+"""Make the files that docs/file_formats.md imports.
+
+`python docs/examples/made_files.py MADE.CSV WIDE.CSV WAVE.CSV`.
 
 MADE.CSV is a measurement of two probes, written by `python -m bench export measurement`. WIDE.CSV becomes the same data as a
 wide table, peak to peak, with decimal commas and phase lags; WAVE.CSV a waveform with a keyphasor: 1X of 30 µm and 2X of 4 µm

@@ -1,4 +1,4 @@
-"""Makes five raw files of one machine, the rotor of problem=three_disk, as five instruments would write them.
+"""Write five raw files of one machine, the rotor of problem=three_disk, as five instruments would.
 
     python docs/examples/raw_records.py records
 
@@ -52,7 +52,10 @@ def system1(vectors, rng) -> str:
 
 
 def matlab(vectors, rng, path: Path) -> None:
-    """Vectors of 60 speeds, as `s = table2struct(T, 'ToScalar', true); save('run.mat', 's')` leaves them of a table."""
+    """Write vectors of 60 speeds as MATLAB saves a table.
+
+    The commands are `s = table2struct(T, 'ToScalar', true); save('run.mat', 's')`.
+    """
     speed = np.linspace(LOWEST, HIGHEST, 60)
     values = vectors(speed) * (1 + 0.03 * rng.standard_normal((60, len(NAMES), 2)) @ [1, 1j] / np.sqrt(2))
     columns = {"speed_rpm": speed * 30 / np.pi}

@@ -1,4 +1,6 @@
-"""Contribution of a rotor model to the weight campaign of the RK-4 rig: from one speed to the other, and from three trial runs.
+"""Contribution of a rotor model to the weight campaign of the RK-4 rig.
+
+It predicts from one speed to the other, and from three trial runs.
 
     python docs/examples/rk4_rotor.py features.csv
 
@@ -45,7 +47,10 @@ def main() -> None:
 
 
 def from_trials(names: list[str], weights: np.ndarray, responses: np.ndarray, by_model: np.ndarray) -> None:
-    """Weights of all other conditions from three trial runs, by influence coefficients and with the model's."""
+    """Weights of all other conditions from three trial runs.
+
+    They are by influence coefficients and with the model's.
+    """
     bare, first, second = (names.index(name) for name in TRIAL_RUNS)
     change = np.array([responses[first] - responses[bare], responses[second] - responses[bare]])
     of_trials = change / np.array([weights[first, 0], weights[second, 1]])[:, None, None]  # (plane, speed, probe)
@@ -81,8 +86,10 @@ def rms(values: np.ndarray) -> float:
 
 
 def read(features: Path) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
-    """Conditions, weights (n, plane) g mm, responses (n, speed, probe) µm and mean speeds rpm. Angles of the file are lags, and its
-    mounting angles run against the rotation: both change their sign."""
+    """Conditions, weights (n, plane) g mm, responses (n, speed, probe) µm and mean speeds rpm.
+
+    Angles of the file are lags, and its mounting angles run against the rotation: both change their sign.
+    """
     with features.open() as file:
         rows = [row for row in csv.DictReader(file) if row["condition_id"] != "B047"]
     names = sorted({row["condition_id"] for row in rows})

@@ -1,4 +1,6 @@
-"""The figure and the beats of the rig's run-up (docs/rk4.md): the published data, and in both layouts the swept model that fits them.
+"""The figure and the beats of the rig's run-up (docs/rk4.md).
+
+The published data, and in both layouts the swept model that fits them.
 
     python docs/examples/rk4_run_up.py runup_bode_first_critical.csv rk4.png
 

@@ -1,5 +1,6 @@
-"""Writes the weight campaign of the RK-4 rig (Zenodo 10.5281/zenodo.23152815, features as in M-Nouioua/rk4-rotor-unbalance-estimation)
-as a campaign of this project: all.csv and campaign.yaml.
+"""Write the weight campaign of the RK-4 rig as a campaign of this project: all.csv and campaign.yaml.
+
+Data: Zenodo 10.5281/zenodo.23152815, features as in M-Nouioua/rk4-rotor-unbalance-estimation.
 
     python docs/examples/rk4_weights.py features.csv rk4                          # all weights known
     python docs/examples/rk4_weights.py features.csv three --known BASE,A004,A012 # all others unknown

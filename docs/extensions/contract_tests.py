@@ -1,4 +1,7 @@
-"""Table of the properties that the contract tests of `ksmea.testing` check, with the first line of each docstring."""
+"""Table of the properties that the contract tests of `ksmea.testing` check.
+
+It has the first line of each docstring.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,10 @@ from plugin_pages import table
 
 
 def contract_tests_text() -> str:
-    """One row per property; a module of `ksmea.testing` holds properties of one kind of plugin, or several."""
+    """One row per property.
+
+    A module of `ksmea.testing` holds properties of one kind of plugin, or several.
+    """
     return table(("properties of", "property", "meaning"), _rows())
 
 

@@ -1,4 +1,7 @@
-"""Plain text of docstrings and remarks as Markdown in which every sign means itself, but for `code` and lists."""
+"""Plain text of docstrings and remarks as Markdown.
+
+Every sign means itself, but for `code` and lists.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ def cell(text: str) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text outside of `code` with its signs escaped; within a table a bar would end the cell, so that it is escaped there too."""
+    """Text outside of `code` with its signs escaped.
+
+    Within a table a bar would end the cell, so that it is escaped there too.
+    """
     return "".join(
         part.replace("|", "\\|") if index % 2 else SIGNS.sub(r"\\\1", part)
         for index, part in enumerate(CODE.split(text))

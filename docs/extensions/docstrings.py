@@ -1,4 +1,8 @@
-"""Docstrings as Sphinx reads them. Ours are plain text: `name` is code, and signs such as * and | mean themselves."""
+"""Docstrings as Sphinx reads them.
+
+Ours are plain text, in which `name` is code and signs such as * and | mean themselves, with sections (Args, Returns, Raises,
+Source) in the style of Google.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +10,22 @@ import re
 from typing import Any
 
 from sphinx.application import Sphinx
+from sphinx.ext.napoleon import Config
+from sphinx.ext.napoleon.docstring import GoogleDocstring
 
 CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)")
 IN_FRONT = re.compile(r"^(\s*)(>>>|\.\.\. )")
+SECTIONS = Config(napoleon_custom_sections=["Source"])
 MARKUP = re.compile(r"([*|\\])|(?<=\w)_(?=\W|$)")
 
 
 def as_restructured_text(lines: list[str]) -> list[str]:
-    """Lines of a docstring whose text says in reStructuredText what it says as it stands; examples are left alone.
+    r"""Lines of a docstring whose text says in reStructuredText what it says as it stands.
+
+    Examples are left alone.
 
     >>> as_restructured_text(["Raises `SettingError` at |r| > 1 (`*`).", "", ">>> `a`"])
-    ['Raises ``SettingError`` at \\\\|r\\\\| > 1 (``*``).', '', '>>> `a`']
+    ['Raises ``SettingError`` at \\|r\\| > 1 (``*``).', '', '>>> `a`']
     """
     out, in_example = [], False
     for line in lines:
@@ -35,7 +44,9 @@ def _text(line: str) -> str:
 
 
 def _process(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    lines[:] = as_restructured_text(lines)
+    # A property is read like a method: otherwise its text before a colon would be its type.
+    what = "method" if what == "property" else what
+    lines[:] = GoogleDocstring(as_restructured_text(lines), SECTIONS, None, what, name, thing, options).lines()
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

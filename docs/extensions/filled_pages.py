@@ -1,4 +1,6 @@
-"""Pages completed when the site is built: a line `<!-- filled: NAME -->` is replaced by generated text.
+"""Pages completed when the site is built.
+
+A line `<!-- filled: NAME -->` is replaced by generated text.
 
 NAME is a kind of plugin (its settings), `effects_overview`, `settings`, `experiments`, `contract_tests`, a table of
 results/reference (`evidence.TABLES`), or `further` (pages that no list of index.md names).

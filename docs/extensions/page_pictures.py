@@ -1,4 +1,6 @@
-"""Picture of a result page, light and dark: `python docs/extensions/page_pictures.py PAGE.html NAME [HEIGHT]`.
+"""Picture of a result page, light and dark.
+
+`python docs/extensions/page_pictures.py PAGE.html NAME [HEIGHT]`.
 
 Writes docs/_static/page_NAME_light.png and page_NAME_dark.png, 1000 px wide with 64 colours, by a headless Chromium
 (`chromium` on the path, or as CHROMIUM says).

@@ -1,4 +1,6 @@
-"""Settings of all plugins as Markdown, from what `python -m bench help` is made of: their fields, docstrings and registry.
+"""Settings of all plugins as Markdown, from their fields, docstrings and registry.
+
+`python -m bench help` is made of these, too.
 
 One section for each plugin of this project, named as on the command line; effects have their unknowns, limits and sources.
 """

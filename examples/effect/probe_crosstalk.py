@@ -1,4 +1,7 @@
-"""Crosstalk of the x and y probes at one plane: each reads a part g of what the other one sees, y_x += g y_y, y_y += g y_x."""
+"""Crosstalk of the x and y probes at one plane.
+
+Each reads a part g of what the other one sees, y_x += g y_y, y_y += g y_x.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The optimiser several times on the true model: what ends in one of several basins ends in the best of those it met."""
+"""The optimiser several times on the true model.
+
+A search that ends in one of several basins ends in the best of the basins it met.
+"""
 
 from dataclasses import dataclass, replace
 

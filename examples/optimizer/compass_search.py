@@ -9,7 +9,10 @@ from ksmea import Minimum, Objective, Optimizer, setting
 
 @dataclass(frozen=True)
 class CompassSearch(Optimizer):
-    """From a random point to the best of its neighbours along the axes; where none is better, the step is halved."""
+    """Compass search: from a random point to the best of its neighbours along the axes.
+
+    If none is better, the step is halved.
+    """
 
     first_step: float = setting(0.25, "first step, of the range of each unknown", above=0, at_most=1)
     last_step: float = setting(1e-5, "the search ends below this step", above=0, at_most=1)

@@ -1,4 +1,6 @@
-"""A block of concrete on springs, shaken by a rotating exciter: no rotor, and a response in closed form,
+"""A block of concrete on springs, shaken by a rotating exciter.
+
+No rotor, and a response in closed form,
 
     q = u Ω² / (k − m Ω² + i Ω c),  u the unbalance of the exciter, Re(q e^{iΩt})
 

@@ -1,5 +1,7 @@
-"""An array of Slurm by submitit, and what runs in a job of it. Hydra's search for plugins passes files by that begin with '_':
-without submitit nothing else is the worse."""
+"""An array of Slurm by submitit, and what runs in a job of it.
+
+Hydra's search for plugins passes files by that begin with '_': without submitit nothing else is the worse.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,10 @@ def submitted(jobs: Sequence[Job], params: Mapping[str, Any]) -> list[str]:
 
 
 class SlurmJob:
-    """What runs in a job: its work, and after the signal ahead of the time limit the same in the same job, requeued."""
+    """Work of a job of Slurm.
+
+    After the signal ahead of the time limit the job is requeued and goes on.
+    """
 
     def __call__(self, job: Job) -> None:
         number = own_job() or "0"
@@ -62,7 +67,10 @@ class SlurmJob:
         note_ended(job.output, number)
 
     def checkpoint(self, job: Job) -> helpers.DelayedSubmission:
-        """Called at the signal; the claims are free again once the job has ended, whatever else Slurm signals meanwhile."""
+        """Called at the signal.
+
+        The claims are free again once the job has ended, whatever else Slurm signals meanwhile.
+        """
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         return helpers.DelayedSubmission(self, job)
 

@@ -1,4 +1,7 @@
-"""The one place where Hydra meets the plan: the command line becomes a plan, its batches go through the launcher."""
+"""The one place where Hydra meets the plan.
+
+The command line becomes a plan, its batches go through the launcher.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Hydra's source of what is registered: the bench's own settings, and those of each plugin under its group and name.
+"""Hydra's source of what is registered.
+
+The bench's own settings, and those of each plugin under its group and name.
 
 A plugin is imported when its schema is composed: one that nobody chooses never is.
 """
@@ -57,7 +59,10 @@ class SettingsSource(ConfigSource):
 
 
 class OnSearchPath(SearchPathPlugin):
-    """Puts the source behind the folders with files, and gives Hydra the conf's ${of_file:…} and the bench's own launcher."""
+    """Put the source behind the folders with files on Hydra's search path.
+
+    It also gives Hydra the conf's ${of_file:…} and the bench's own launcher.
+    """
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         search_path.append("ksmea_bench", f"{SettingsSource.scheme()}://")
@@ -69,7 +74,10 @@ class OnSearchPath(SearchPathPlugin):
 
 
 def _of_plugin(group: str, name: str) -> DictConfig:
-    """The schema of a plugin; its bare name where it is broken, so that it is refused only where it is chosen."""
+    """The schema of a plugin.
+
+    Its bare name where it is broken, so that it is refused only where it is chosen.
+    """
     try:
         return plugin_schema(group, name)
     except SettingError:
@@ -77,7 +85,7 @@ def _of_plugin(group: str, name: str) -> DictConfig:
 
 
 def _primary() -> DictConfig:
-    """What Hydra begins with: settings and plugins where nothing is chosen, its sweeper, and no logs of its own."""
+    """First settings and plugins of Hydra, if nothing is chosen, its sweeper, and no logs of its own."""
     chosen = [{group: name} for group, name in default_plugins().items()]
     own = {"sweeper": "plan", "hydra_logging": "none", "job_logging": "none"}
     defaults = [OF_BENCH, *chosen, "_self_", *({f"override hydra/{key}": name} for key, name in own.items())]

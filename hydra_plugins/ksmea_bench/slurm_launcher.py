@@ -1,4 +1,6 @@
-"""`hydra/launcher=submitit_slurm`: the jobs of an experiment as an array of Slurm, waited for unless `wait=false`.
+"""`hydra/launcher=submitit_slurm`: jobs of an experiment as an array of Slurm.
+
+They are waited for unless `wait=false`.
 
 What jobs find is in the results folder, where the sweeper collects it. So one that is lost, cancelled or out of time keeps
 neither the others nor whoever waits.

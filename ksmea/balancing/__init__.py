@@ -1,1 +1,4 @@
-"""Balancing without a rotor model: influence coefficients, unknown weights, corrections, and what does not fit."""
+"""Balancing without a rotor model.
+
+Influence coefficients, unknown weights, corrections, and what does not fit.
+"""

@@ -1,4 +1,6 @@
-"""Balancing in one plane without phases: the bare run and three or more runs with a weight at different angles.
+"""Balancing in one plane without phases.
+
+The bare run and three or more runs with a weight at different angles.
 
 A run with the weight w has the amplitude |y0 + c w| at an entry. The phase of y0 is not measured and not needed; with y0 > 0
 
@@ -34,7 +36,10 @@ SMALLEST = 1e-6  # relative singular value below which weights do not differ eno
 
 @dataclass(frozen=True)
 class AmplitudeFit(Fit):
-    """Influence coefficients, phases relative to the bare response. `dof` is half of the real degrees of freedom."""
+    """Influence coefficients, phases relative to the bare response.
+
+    `dof` is half of the real degrees of freedom.
+    """
 
     covariance_found: ComplexArray = field(default_factory=lambda: np.empty((0, 0), np.complex128))  # E[δ δᴴ], flat
     relation_found: ComplexArray = field(default_factory=lambda: np.empty((0, 0), np.complex128))  # E[δ δᵀ]
@@ -103,8 +108,10 @@ def fitted_amplitudes(readings: Readings) -> AmplitudeFit:
 
 
 def _noise(readings: Readings, amplitude: Array) -> tuple[Array, str, float]:
-    """Variance (n_run, n_entry) of the amplitudes, up to a factor where neither sigma_um nor repeats say it; how it is known,
-    and with how many complex degrees of freedom."""
+    """Variance (n_run, n_entry) of the amplitudes, its origin and its complex degrees of freedom.
+
+    It is known up to a factor if neither sigma_um nor repeats determine it.
+    """
     n_run, n_entry = amplitude.shape
     if readings.variance is not None:
         return readings.variance, STATED, float("inf")
@@ -129,7 +136,10 @@ def closed_form(linear: Array, amplitude: Array) -> ComplexArray:
 def _entry(
     linear: Array, weights: ComplexArray, amplitude: Array, variance: Array
 ) -> tuple[ComplexArray, Array, float]:
-    """Bare amplitude and influence coefficient of an entry, the covariance of that and of both parts of this, and χ²."""
+    """Bare amplitude and influence coefficient of an entry, with their covariance and χ².
+
+    The covariance is of the amplitude and of both parts of the coefficient.
+    """
     sd = np.sqrt(np.maximum(variance, 1e-12 * np.mean(amplitude**2)))  # digits of a file
     start, size = closed_form(linear, amplitude), float(np.max(amplitude))
 

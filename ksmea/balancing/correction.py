@@ -45,7 +45,10 @@ class Correction:
 
 
 def correction(fit: Fit, rng: np.random.Generator) -> Correction:
-    """The weights that, added to the bare rotor at the nominal speeds, leave least vibration; drift is not counted, it has mean 0."""
+    """The weights that, added to the bare rotor at the nominal speeds, leave least vibration.
+
+    Drift is not counted, it has mean 0.
+    """
     coefficients = fit.influence.coefficients
     linear = least_squares(coefficients)
     weights = fit.influence.marked(linear)
@@ -74,7 +77,9 @@ def correction(fit: Fit, rng: np.random.Generator) -> Correction:
 
 
 def condition_number(coefficients: ComplexArray) -> float:
-    """Condition number of influence coefficients, rows from the second on, each plane's scaled to unit length.
+    """Condition number of influence coefficients, rows from the second on.
+
+    The coefficients of each plane are scaled to unit length.
 
     >>> round(condition_number(np.array([[9, 9], [1, 0], [0.96, 0.28]], dtype=complex)), 6)  # cos 16.26° = 0.96: √(1.96 / 0.04)
     7.0

@@ -1,4 +1,6 @@
-"""Unknown weights of a run from its own response: their posterior under a flat prior, and their joint region.
+"""Unknown weights of a run from its own response.
+
+Their posterior under a flat prior, and their joint region.
 
 The response of the run is predicted from the runs whose weights are known: influence coefficients, and the drift at its time
 from what its neighbours in time show of it (kriging). What is left over is the weights' doing.
@@ -24,9 +26,12 @@ N_STEP = 4  # each takes the spread and the uncertainty of the coefficients at t
 
 @dataclass(frozen=True)
 class WeightEstimate:
-    """Weights (n_unknown,) kg m of a run in `planes` (indices), and the covariance of their complex errors.
+    """Weights (n_unknown,) kg m of a run in `planes` (indices), and their covariance.
 
-    `chi2` is the χ² of the residuals with `n_left` complex degrees of freedom, and `p` its p-value."""
+    It is the covariance of their complex errors.
+
+    `chi2` is the χ² of the residuals with `n_left` complex degrees of freedom, and `p` its p-value.
+    """
 
     planes: Indices
     weights: ComplexArray
@@ -109,7 +114,10 @@ def polar_interval(value: complex, radius: float) -> tuple[tuple[float, float], 
 
 
 def scaled_by_unknown_runs(fit: Fit) -> Fit:
-    """A fit whose covariance is not free, with one factor on it from what all its runs leave; entries count as uncorrelated."""
+    """A fit whose covariance is not free, with one factor on it from what all its runs leave.
+
+    Entries count as uncorrelated.
+    """
     data = fit.readings
     found = [
         estimated(fit, int(run), np.flatnonzero(np.isnan(data.weights[run])))

@@ -1,4 +1,4 @@
-"""Influence coefficients and their covariance from runs with known weights, by generalised least squares.
+"""Influence coefficients and covariance from runs with known weights, by generalised least squares.
 
 The covariance of a run's entries is estimated by a `method` that depends on how many more runs there are than the
 coefficients take: `free` estimates all of it, with a drift over time and a growth with the weights if the data require them;
@@ -43,8 +43,11 @@ class Terms:
 
 @dataclass(frozen=True)
 class Fit:
-    """`used` are the runs that it was fitted to; `dof` are complex degrees of freedom of the covariance, inf if it is
-    known. `deviance_of_drift` is by how much the drift lowers −2 ln L, None if there was no choice."""
+    """Fit of influence coefficients to runs.
+
+    `used` are the runs that it was fitted to. `dof` are complex degrees of freedom of the covariance, inf if it is
+    known. `deviance_of_drift` is by how much the drift lowers −2 ln L, None if there was no choice.
+    """
 
     readings: Readings
     used: Indices
@@ -130,7 +133,10 @@ class Solution:
 
 @dataclass(frozen=True)
 class Asked:
-    """Terms to fit in addition to constant influence coefficients: yes, no or auto, if the data require it."""
+    """Terms to fit in addition to constant influence coefficients.
+
+    Yes, no or auto, if the data require it.
+    """
 
     drift: str = AUTO
     slope: str = AUTO
@@ -138,7 +144,9 @@ class Asked:
 
 
 def fitted(readings: Readings, used: Indices, asked: Asked) -> Fit:
-    """The fit to runs with known weights. All of the covariance is estimated from runs with all speeds, or none of it.
+    """The fit to runs with known weights.
+
+    All of the covariance is estimated from runs with all speeds, or none of it.
 
     Raises `SettingError` if the runs do not distinguish the planes, or cannot show a requested drift.
     """
@@ -174,8 +182,10 @@ def _require_rank(readings: Readings, weights: ComplexArray) -> None:
 
 
 def _few_runs(readings: Readings, used: Indices, influence: Influence, left: ComplexArray, dof: int) -> Fit:
-    """The covariance of uncorrelated entries, for runs that are too few to estimate all of it; `dof` complex numbers are left
-    of all entries."""
+    """The covariance of uncorrelated entries, for runs that are too few to estimate all of it.
+
+    `dof` complex numbers are left of all entries.
+    """
     n_entry = left.shape[1]
     square = float(np.mean(np.abs(readings.response[~readings.is_missing]) ** 2))
     if readings.variance is not None:

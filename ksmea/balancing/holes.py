@@ -55,7 +55,9 @@ def split(weight: complex, holes: Holes) -> Split:
 
 
 def neighbours_share(weight: complex, first: complex, second: complex) -> tuple[float, float]:
-    """Sizes in two directions e^{iα}, e^{iβ} that together are a weight: Cramer's rule for its real and imaginary parts.
+    """Sizes in two directions e^{iα}, e^{iβ} that together are a weight.
+
+    Cramer's rule for its real and imaginary parts.
 
     >>> [round(size, 6) for size in neighbours_share(2 + 0j, np.exp(-0.5j), np.exp(0.5j))]  # 2 sin 0.5 / sin 1
     [1.139494, 1.139494]

@@ -1,4 +1,6 @@
-"""The mean response of a machine to weights: influence coefficients, with what the speed and the size of a weight change.
+"""The mean response of a machine to weights.
+
+Influence coefficients, with what the speed and the size of a weight change.
 
     y = (y0 + Σ_p c_p w_p (1 + g |w_p / scale|²)) (1 + γ_v (Ω / Ω_v - 1))
 
@@ -84,7 +86,7 @@ class Influence:
 
 
 def tell_planes_apart(weights: ComplexArray) -> bool:
-    """Whether runs with these weights (n_run, n_plane) determine the bare response and all influence coefficients."""
+    """Whether runs with weights (n_run, n_plane) determine the bare response and all coefficients."""
     regressors = np.column_stack([np.ones(len(weights)), weights / (np.max(np.abs(weights), initial=0.0) or 1.0)])
     return bool(np.linalg.matrix_rank(regressors, tol=SMALLEST_SINGULAR_VALUE) == regressors.shape[1])
 

@@ -43,7 +43,7 @@ def squared_errors(found: dict[int, tuple[Fit, WeightEstimate]]) -> Array:
 
 
 def conformal_radius2(squared: Array, level: float) -> float:
-    """Squared radius, in units of the variance, that holds a further run's weight with probability `level`.
+    """Squared radius, in units of the variance, that holds a new run's weight with probability `level`.
 
     It holds whatever the distribution of the errors: it is the quantile of the errors over runs estimated from
     others. Infinite if the runs are too few.

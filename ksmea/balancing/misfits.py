@@ -1,4 +1,4 @@
-"""Misfits: runs whose weights contradict their marks, and single entries that contradict their neighbours.
+"""Misfits: runs whose weights contradict their marks, and entries that contradict their neighbours.
 
 All p values are of a test alone; `level / number of tests` is what they are to be compared with (Bonferroni).
 """
@@ -44,7 +44,9 @@ class Prediction:
 
 
 def predicted(fit: Fit) -> Prediction:
-    """Each run from all others: with Q the inverse covariance of what the coefficients leave, Q_ii⁻¹ (Q y)_i and Q_ii⁻¹.
+    """Prediction of each run from all others: Q_ii⁻¹ (Q y)_i and Q_ii⁻¹.
+
+    Q is the inverse covariance of the residuals of the coefficients.
 
     Dubrule, Math. Geology 15 (1983) 687–699, has the identity for kriging.
     """
@@ -108,7 +110,10 @@ def _chi2(fit: Fit, run: int) -> float:
 
 @dataclass(frozen=True)
 class EntryMisfit:
-    """An entry that is unlike its neighbours, which have it at `expected` (m); `n_test` entries were tested."""
+    """An entry that is unlike its neighbours, which have it at `expected` (m).
+
+    `n_test` entries were tested.
+    """
 
     run: int
     entry: int
@@ -137,8 +142,9 @@ def misfits_beside_channels(fit: Fit, level: float) -> list[EntryMisfit]:
 
 
 def misfits_beside_speeds(readings: Readings, level: float) -> list[EntryMisfit]:
-    """Entries that do not fit the other speeds of their run and channel: the one most unlike is left out as long as it is
-    unlikely.
+    """Entries that do not fit the other speeds of their run and channel.
+
+    The one most unlike is left out as long as it is unlikely.
 
     Each response over speed is a polynomial of low degree; externally studentised residuals are F distributed, the
     variance pooled over the runs of a channel. Cook & Weisberg, *Residuals and Influence in Regression*, 1982, ch. 2.

@@ -63,7 +63,9 @@ class Readings:
 
 
 def readings(measurement: Measurement, tolerance: float) -> Readings:
-    """Runs of a campaign at the speeds that all have, or at which most with known weights distinguish the planes.
+    """Runs of a campaign at common speeds.
+
+    They are the speeds that all runs have, or at which most runs with known weights distinguish the planes.
 
     If amplitudes alone are measured, the speeds are the ones that all runs have. `tolerance` is the largest relative
     distance of neighbours that count as one nominal speed.
@@ -115,7 +117,10 @@ def readings(measurement: Measurement, tolerance: float) -> Readings:
 
 
 def _kept(has: Mask, weights: ComplexArray, is_amplitude: bool) -> Mask:
-    """The speeds (n_speed,) that all runs have, or most runs with known weights and enough of them; `has` is (n_run, n_speed)."""
+    """The speeds (n_speed,) that all runs have, or most runs with known weights and enough of them.
+
+    `has` is (n_run, n_speed).
+    """
     is_common = np.all(has, axis=0)
     if is_amplitude:
         return np.asarray(is_common)
@@ -188,8 +193,10 @@ def _weight(campaign: Campaign, run: int, plane: float) -> complex:
 
 
 def _repeat_variance(values: ComplexArray, groups: Sequence[Sequence[Indices]]) -> tuple[Array | None, int]:
-    """Variance (n_entry,) of the mean of a run's repeats, pooled over runs with all speeds, and its degrees of freedom per
-    entry."""
+    """Variance (n_entry,) of the mean of a run's repeats, and its degrees of freedom per entry.
+
+    It is pooled over runs with all speeds.
+    """
     squares, dof, n_repeat = [], 0, []
     for row in groups:
         n = min(len(rows) for rows in row)

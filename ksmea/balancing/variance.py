@@ -1,4 +1,6 @@
-"""Variance components of a campaign: what changes slowly from run to run, and what each run has of its own.
+"""Variance components of a campaign.
+
+Some components change slowly from run to run, others belong to each run.
 
 Responses of runs i and j have the covariance (over entries, circular complex)
 
@@ -49,8 +51,11 @@ class Components:
 
 @dataclass(frozen=True)
 class RestrictedLikelihood:
-    """−ln of the restricted likelihood of residuals (n_run, n_entry) under columns (n_run, n_entry, n_coefficient), at times
-    and loads (n_run,); a constant is left out that depends on the columns alone."""
+    """−ln of the restricted likelihood of residuals (n_run, n_entry) under columns.
+
+    Columns are (n_run, n_entry, n_coefficient), times and loads (n_run,). A constant that depends on the columns alone
+    is left out.
+    """
 
     residual: ComplexArray
     columns: ComplexArray
@@ -63,8 +68,10 @@ class RestrictedLikelihood:
         return int(self.residual.shape[1])
 
     def fitted(self, start: Components, searched: bool = True, timed: bool = True) -> tuple[Components, float]:
-        """The components of the highest likelihood found from a start, and their −ln L. Without a drift in the start there is
-        none; `searched`: κ is varied, `timed`: τ is."""
+        """Components of the highest likelihood found from a start, and their −ln L.
+
+        A start without a drift gives none. `searched`: κ is varied; `timed`: τ is varied.
+        """
         unit = np.sqrt(np.mean(np.abs(self.residual) ** 2, axis=0))
         has_drift = start.drift is not None
         names = [*(["time_constant"] if has_drift and timed else []), *(["growth"] if searched else [])]
@@ -153,8 +160,10 @@ def _packed(components: Components, unit: Array, n_speed: int) -> Array:
 
 
 def _packed_one(matrix: ComplexArray, n_speed: int) -> Array:
-    """Cholesky factors of the matrices over speeds and over channels whose Kronecker product is nearest, the first entry of
-    the former being 1."""
+    """Cholesky factors of matrices over speeds and channels whose Kronecker product is nearest.
+
+    The first entry of the former is 1.
+    """
     n_channel = len(matrix) // n_speed
     blocks = matrix.reshape(n_speed, n_channel, n_speed, n_channel)
     of_speeds = np.einsum("vcwc->vw", blocks) / np.trace(blocks[0, :, 0]).real
@@ -190,7 +199,10 @@ def _factors(theta: Array, unit: Array, n_speed: int) -> list[ComplexArray]:
 
 
 def _packed_gradient(by_factor: ComplexArray, pair: tuple[ComplexArray, ComplexArray], unit: Array) -> Array:
-    """The derivative by packed factors, of that by the real and imaginary parts of their Kronecker product."""
+    """Derivative by packed factors, from that by both parts of their Kronecker product.
+
+    The parts are the real and the imaginary one.
+    """
     of_speeds, of_channels = pair
     n_speed, n_channel = len(of_speeds), len(of_channels)
     scaled = (by_factor * unit[:, None]).reshape(n_speed, n_channel, n_speed, n_channel)

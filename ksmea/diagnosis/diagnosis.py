@@ -1,4 +1,4 @@
-"""The diagnosis of a measurement: test the model, name the cause of its misfit, extend it, measure the predictive gain.
+"""Diagnosis: test a model, name the cause of its misfit, extend it, measure the predictive gain.
 
 1. The baseline model is fitted from the whole range of its unknowns, and its residuals are tested for lack of fit.
 2. Every effect, at every location where it may occur, is fitted jointly with all unknowns from the baseline fit.
@@ -82,8 +82,10 @@ MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The findings; `trials` are ranked, `named` and `ambiguity_group` are names of effects, `best` is the extended fit
-    of the verdict (None without one) with its effects in `applied`.
+    """Findings of a diagnosis.
+
+    `trials` are ranked, `named` and `ambiguity_group` are names of effects, `best` is the extended fit of the verdict
+    (None without one) with its effects in `applied`.
 
     `explanations` are the best one and all that fit about as well, effects or pairs at all their locations: ΔBIC ≤ 6, or a
     deviance as low, whatever the BIC penalty of their unknowns. The ambiguity group holds the names of their effects, the named
@@ -117,8 +119,7 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Criteria:
-    """Levels of a diagnosis: the chance of rejecting a right model, the confidence of intervals, and the number of contiguous blocks
-    of speeds that are left out in turn."""
+    """Chance of rejecting a right model, confidence of intervals, and blocks of speeds left out in turn."""
 
     level: float = 0.01
     interval_level: float = 0.95
@@ -138,8 +139,10 @@ def diagnose(
     baseline: BaselineFits | None = None,
     locate: Locate | None = None,
 ) -> Diagnosis:
-    """Diagnose a measurement with a library of effects; without any, only test the fit. The baseline model's fits may be given, and
-    what locates the cause without the library: if it finds a place, no pairs of effects elsewhere are sought.
+    """Diagnose a measurement with a library of effects; without any, only test the fit.
+
+    The baseline model's fits may be given, and what locates the cause without the library: if it finds a place, no
+    pairs of effects elsewhere are sought.
 
     Stated noise is kept unless its size is the only evidence against a model (`ksmea.fits.lack_of_fit`): then the fits use noise
     as large as the residuals of that model.
@@ -169,8 +172,7 @@ def diagnose(
 
 @dataclass(frozen=True)
 class _State:
-    """Results up to a step: fits of the baseline model and their quality, the trials of all candidates, the baseline fit with its
-    intervals, the cosines of candidates with the trial `led_by`, and the explanations."""
+    """Results up to a step: fits of the baseline model, trials and explanations."""
 
     criteria: Criteria
     candidates: tuple[Candidate, ...]
@@ -206,8 +208,7 @@ class _State:
 def _last_state(
     baseline: BaselineFits, found: Sequence[Candidate], search: Search, criteria: Criteria, locate: Locate | None
 ) -> _State:
-    """The state after all steps. They start again from any better fit of the baseline model that one of them finds, unless the best
-    effect explains the data already."""
+    """State after all steps, which start again from better fits of the baseline model if these are needed."""
     quality, trials = fit_quality(baseline.best, search.rng), fitted(baseline.best, found, search)
     state = _State(criteria, tuple(found), baseline, quality, tuple(trials), locate)
     for step in (_moved, _refined, _moved, _settled, _collinear, _rivals_tested, _explained, _collinear):
@@ -220,7 +221,7 @@ def _last_state(
 
 
 def _rebased(state: _State, search: Search) -> _State:
-    """The trials compared with a better fit of the baseline model, and fitted from the unknowns of the best effect too."""
+    """Trials compared with a better fit of the baseline model, and also fitted from the best effect."""
     without, n = state.baseline.best, len(state.trials)
     trials = [trial_of(trial.candidate, trial.fit, without, n) for trial in state.trials]
     trials = exchanged_once(trials, trials[:1], state.baseline, search, is_first=False)
@@ -239,9 +240,11 @@ def _moved(state: _State, search: Search) -> _State:
 
 
 def _refined(state: _State, search: Search) -> _State:
-    """The trials refined at little effort, without scans if the data are near the baseline model; at full effort if the residuals
-    of the best one are then more than noise, and from where each other has the unknowns of the baseline model as long as that
-    leads to better ones: such data have many maxima, and no trial may end in a worse one than its neighbour."""
+    """Trials refined at little effort, without scans if the data are near the baseline model.
+
+    The effort is full if the residuals of the best one are then more than noise. Trials then also start from each other's unknowns
+    as long as that leads to better ones: such data have many maxima, and no trial may end in a worse one than its neighbour.
+    """
     if not state.is_evident:
         return state
     is_scanned = any(trial.deviance_drop > NEARBY for trial in state.trials)
@@ -286,8 +289,7 @@ def _rivals_tested(state: _State, search: Search) -> _State:
 
 
 def _explained(state: _State, search: Search) -> _State:
-    """The explanations; found again if an effect of a pair fits better alone when started from the values of the pair, or if
-    any effect alone then does as the pair does."""
+    """Explanations, found again if one effect alone turns out to fit as well as a pair."""
     if state.lead is None:
         return state
     explained, baseline = _best_explanation(state, state.lead, search), state.baseline.best
@@ -300,8 +302,7 @@ def _explained(state: _State, search: Search) -> _State:
 
 
 def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
-    """The best pair of effects if its second one is significant, or if the residuals of the best effect are more than noise and
-    the residuals of the pair are not; else the best effect."""
+    """Best pair if its second effect is significant or only its residuals are noise, else the best effect."""
     level, trials, significant = state.level, state.trials, state.significant
     alone = with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
     leaves_noise = alone.quality.p >= level
@@ -332,8 +333,7 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> Explained:
 
 
 def _concluded(state: _State, left_out: Mapping[str, str], search: Search, *, is_first: bool = True) -> Diagnosis:
-    """The diagnosis that a last state comes to; once again with another explanation in the lead, if intervals show that it has clearly
-    most of the weight."""
+    """Diagnosis of a last state, with another explanation in the lead if intervals give it most weight."""
     explained, workers = state.explained, search.workers
     assert state.settled is not None, "a state that is not the last one"
     baseline, baseline_estimate = state.settled

@@ -27,7 +27,10 @@ RANK = 1e-8  # of the squares of sines between what two effects can do, below wh
 
 
 def alone_in_place_of(pair: Explanation, trials: Sequence[Trial], baseline: Fit, search: Search) -> list[Trial]:
-    """All trials, ranked again, if an effect alone is found to explain the data about as well as a pair; else empty."""
+    """All trials, ranked again, if an effect alone is found to explain the data about as well as a pair.
+
+    Otherwise empty.
+    """
     cosines = cosines_with(pair, trials, search.workers)
     found = tested(pair, trials, cosines, baseline, search.workers)
     before = {(trial.name, trial.location): trial.fit.deviance for trial in trials}
@@ -41,7 +44,10 @@ def alone_in_place_of(pair: Explanation, trials: Sequence[Trial], baseline: Fit,
 def pairs_in_place_of(
     pair: Explanation, trials: Sequence[Trial], known: Sequence[Explanation], baseline: Fit, search: Search
 ) -> list[Explanation]:
-    """Further pairs that come near a pair and can make the same change of the data; `known` pairs have been fitted."""
+    """Further pairs that come near a pair and can make the same change of the data.
+
+    `known` pairs have been fitted.
+    """
     reached = search.workers.unseen.each(partial(_reach, pair), [trial.candidate for trial in trials])
     able = [(trial, basis) for trial, basis in zip(trials, reached) if basis is not None]
     candidates = [trial for trial, _ in able]
@@ -68,7 +74,7 @@ def _is_of(pair: Explanation, first: Trial, second: Trial) -> bool:
 
 
 def _of_pairs(change: Array, bases: Sequence[Array]) -> dict[tuple[int, int], float]:
-    """Cosines between a change (m,) and the nearest one that each two of orthonormal bases (m, e) can make together."""
+    """Cosines between a change (m,) and the nearest one by each two of orthonormal bases (m, e)."""
     size = float(np.linalg.norm(change))
     if not bases or not size:
         return {}
@@ -87,7 +93,7 @@ def _of_pairs(change: Array, bases: Sequence[Array]) -> dict[tuple[int, int], fl
 def _fitted_as(
     pair: Explanation, first: Trial, second: Trial, baseline: Fit, n_pair: int, search: Search
 ) -> list[Explanation]:
-    """A pair of two effects, fitted as near to what another pair predicts as it comes, and then to the data."""
+    """Pair of effects, fitted first to the prediction of another pair, then to the data."""
     found = []
     for near in fitted(first.fit, [second.candidate], search, n_candidate=n_pair):
         best = min([near.fit, *fits_towards(pair, near.fit, baseline)], key=lambda fit: fit.deviance)

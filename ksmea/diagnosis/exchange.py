@@ -1,4 +1,6 @@
-"""Exchange of the unknowns of the baseline model among trials: data with many maxima leave no trial in a worse one than its neighbour.
+"""Exchange of the unknowns of the baseline model among trials.
+
+Data with many maxima leave no trial in a worse one than its neighbour.
 
 Each trial is fitted further from where the best others have these unknowns, and at first also from a screening by variable projection,
 until none of the best becomes better.
@@ -23,7 +25,7 @@ EXCHANGED = 6  # effects whose unknowns the fits of all others start from
 
 
 def exchanged(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
-    """The trials, each fitted from the unknowns of the best other ones, until that improves none of the best."""
+    """Trials fitted from the unknowns of the best other ones, until none of the best improves."""
     found, tried = list(trials), dict[tuple[str, str], float]()
     for number in range(MAX_EXCHANGES):
         leads = list(best_by_name(found).values())[:EXCHANGED]

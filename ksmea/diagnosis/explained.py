@@ -1,4 +1,7 @@
-"""The best explanation, effect or pair of effects, with the quality of its fit and all others that explain the data about as well."""
+"""Best explanation, an effect or a pair, with the quality of its fit and its rivals.
+
+Rivals are explanations that fit the data about as well.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ class Explained:
 
 
 def with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.Generator) -> Explained:
-    """An explanation and all others that come near it; of pairs only the ones whose effects both have a size."""
+    """An explanation and all others that come near it.
+
+    Pairs are kept only if their effects both have a size.
+    """
     able = [each for each in others if len(each.applied) == 1 or each.has_sizes]
     return led_by(0, [best, *(each for each in able if each.is_near(best) and not each.is_same(best))], rng)
 
@@ -46,7 +52,10 @@ def led_by(index: int, near: Sequence[Explanation], rng: np.random.Generator) ->
 
 
 def by_weight(explained: Explained, level: float, rng: np.random.Generator) -> Explained:
-    """Explanations led by one that has clearly more of their weight than the best one by BIC, if its residuals are noise as well."""
+    """Explanations led by the one with clearly more weight than the best one by BIC.
+
+    Its residuals must be noise as well.
+    """
     near = explained.near
     names = [each.names for each in near]
     deviance, d = np.array([each.fit.deviance for each in near]), np.array([each.fit.likelihood.d for each in near])

@@ -49,7 +49,10 @@ FURTHER = "further"  # name of the run that is added
 
 @dataclass(frozen=True)
 class Pair:
-    """Two explanations by name, and the deviance that is expected between them now and with a further measurement."""
+    """Two explanations by name, with their expected deviance difference.
+
+    It is given now and after a further measurement.
+    """
 
     one: str
     other: str
@@ -124,8 +127,10 @@ def _with_other_signs(fit: Fit, d: int) -> tuple[Fit, ...]:
 
 
 def _merit(separations: Array) -> tuple[int, float]:
-    """Number of pairs distinguished, then the sum of the separations, each cut at `ENOUGH`; if all pairs are distinguished, their
-    number and the least separation."""
+    """Number of pairs distinguished, then the sum of the separations, each cut at `ENOUGH`.
+
+    If all pairs are distinguished, their number and the least separation.
+    """
     is_enough = separations >= ENOUGH
     if np.all(is_enough):
         return len(separations), float(np.min(separations))
@@ -177,7 +182,7 @@ def _with_run(layout: Layout, speed: Array, weights: tuple[Weight, ...]) -> Layo
 
 @dataclass(frozen=True)
 class _Explanation:
-    """A fitted explanation as a layout sees it, its unknowns u (d,) in the unit cube, and what it predicts."""
+    """Fitted explanation as a layout sees it: unknowns u (d,) in the unit cube, and prediction."""
 
     problem: Problem
     u: Array
@@ -229,8 +234,11 @@ class _Seen:
         return np.array([min(itertools.starmap(self._linear, self._either_way(pair))) for pair in pairs])
 
     def _least_fitted(self, pair: tuple[int, int]) -> float:
-        """The least separation of a pair by fits, those first that are nearest by linear ones: a fit that these hold to be many times
-        as far as the least is left out, and one is given up where it would not come below it."""
+        """The least separation of a pair by fits, those first that are nearest by linear ones.
+
+        A fit that these hold to be many times as far as the least is left out, and one is given up where it would not
+        come below it.
+        """
         linear = [(self._linear(made, fitted), made, fitted) for made, fitted in self._either_way(pair)]
         least = np.inf
         for distance, made, fitted in sorted(linear, key=lambda each: each[0]):
@@ -240,7 +248,10 @@ class _Seen:
         return least
 
     def _either_way(self, pair: tuple[int, int]) -> list[tuple[_Explanation, _Explanation]]:
-        """Any two explanations of a pair of names: the one that makes the data, and the one that is fitted to them."""
+        """Any two explanations of a pair of names.
+
+        The one that makes the data, and the one that is fitted to them.
+        """
         one, other = (self.explanations[index] for index in pair)
         return [both for a, b in itertools.product(one, other) for both in ((a, b), (b, a))]
 

@@ -1,4 +1,6 @@
-"""Kin of the best effect: its wider forms, such as a bow in two shapes, and its own forms fitted again from their values.
+"""Kin of the best effect: its wider forms, and its own forms fitted again from their values.
+
+A wider form is a bow in two shapes.
 
 Forms of one effect share a name and may fit about as well with other values of the unknowns: then they are further explanations by
 that name, and the average over them says how far the form decides the values. All are fitted from the unknowns of the best form so
@@ -48,7 +50,10 @@ def with_kin(trials: Sequence[Trial], level: float, baseline: Fit, search: Searc
 
 
 def _from_values(known: Fit, candidate: Candidate, baseline: Fit) -> Fit | None:
-    """A candidate fitted from the values that a fit has of the baseline model's unknowns; None if no steady motion is found."""
+    """A candidate fitted from the values that a fit has of the baseline model's unknowns.
+
+    None if no steady motion is found.
+    """
     if (problem := candidate.beside(baseline.problem)) is None:
         return None
     with suppress(np.linalg.LinAlgError):

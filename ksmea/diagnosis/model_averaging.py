@@ -1,4 +1,4 @@
-"""Model averaging: what several explanations say together of the unknowns that they share, and of the response.
+"""Model averaging: joint estimates of shared unknowns and of the response from several explanations.
 
 Values and intervals of one model are too sure where the data leave others open. Over explanations m with weights w_m an unknown
 θ has the distribution
@@ -50,8 +50,10 @@ N_HALVING = 60  # of that range
 
 @dataclass(frozen=True)
 class Averaged:
-    """The explanations that are averaged with their weights, the unknowns of the baseline model (d,) SI with their intervals, and
-    the amplitudes of the response (n_speed, n_channel) with the ends of theirs, m."""
+    """Averaged explanations with weights, unknowns with intervals, and amplitudes with intervals.
+
+    Unknowns (d,) SI are of the baseline model, amplitudes (n_speed, n_channel) in m.
+    """
 
     explanations: tuple[Explanation, ...]
     weights: Array
@@ -70,8 +72,10 @@ def averaged(
     level: float,
     workers: Workers = ALONE,
 ) -> Averaged:
-    """The average over explanations, best first, of which the first has the fit and the estimate given; d unknowns belong to
-    the baseline model. Workers share the explanations."""
+    """The average over explanations, best first, of which the first has the fit and the estimate given.
+
+    D unknowns belong to the baseline model. Workers share the explanations.
+    """
     members = tuple(explanations[:MAX_AVERAGED])
     others = [member.fit for member in members[1:]]
     known = [thing for fit in others for thing in fit.known]
@@ -105,7 +109,9 @@ def averaged(
 
 
 def akaike_weights(deviance: Array, n_unknown: Array, names: Sequence[tuple[str, ...]]) -> Array:
-    """w_m (n_member,) of models with these deviances and numbers of unknowns; explanations of the same names share one weight.
+    """w_m (n_member,) of models with these deviances and numbers of unknowns.
+
+    Explanations of the same names share one weight.
 
     >>> akaike_weights(np.array([0.0, 0.0, 0.0]), np.array([6, 6, 6]), [("mass",), ("runout",), ("runout",)])
     array([0.5 , 0.25, 0.25])
@@ -117,9 +123,11 @@ def akaike_weights(deviance: Array, n_unknown: Array, names: Sequence[tuple[str,
 
 
 def heaviest(names: Sequence[tuple[str, ...]], weights: Array) -> int:
-    """Index of the explanation that leads several whose weights (n_member,) are known: the first one unless the weight of others
-    of one name is clearly larger than its own, by as much as ΔBIC tells effects apart. BIC charges for unknowns that
-    the data do not show, and may prefer an explanation that they all but exclude.
+    """Index of the explanation that leads several whose weights (n_member,) are known.
+
+    The first one unless the weight of others of one name is clearly larger than its own, by as much as ΔBIC tells
+    effects apart. BIC charges for unknowns that the data do not show, and may prefer an explanation that they all but
+    exclude.
 
     >>> heaviest([("mass",), ("runout",), ("runout",)], np.array([0.01, 0.49, 0.5]))
     2
@@ -138,8 +146,10 @@ def heaviest(names: Sequence[tuple[str, ...]], weights: Array) -> int:
 def mixture_interval(
     weights: Array, centres: Array, sd_low: Array, sd_high: Array, level: float
 ) -> tuple[Array, Array]:
-    """The ends (…) of the interval of a mixture of two-piece normal distributions around `centres` (n_member, …), infinite where
-    open."""
+    """Ends (…) of the interval of a mixture of two-piece normal distributions.
+
+    They are around `centres` (n_member, …), infinite if open.
+    """
     tail = (1 - level) / 2
     lower = _quantile(weights, centres, sd_low, sd_high, tail)
     return lower, -_quantile(weights, -centres, sd_high, sd_low, tail)
@@ -164,7 +174,10 @@ def _quantile(weights: Array, centres: Array, sd_low: Array, sd_high: Array, tai
 
 
 def _amplitude(fit: Fit) -> tuple[Array, Array]:
-    """Amplitudes of the response of a fit (n_speed, n_channel), m, and their standard deviations by the delta method."""
+    """Amplitudes of the response of a fit (n_speed, n_channel), m, and their standard deviations.
+
+    These are by the delta method.
+    """
     likelihood, whitened = fit.likelihood, fit.point.whitened
     response, slope = likelihood.model.linearise(fit.u)
     gradient = amplitude_sensitivity(response, slope)

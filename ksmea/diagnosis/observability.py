@@ -1,6 +1,8 @@
-"""Which effects data could show: the smallest detectable size, and how collinear two effects are. Both from sensitivities in
-units of the noise, the model's own unknowns and the noise level projected out: the part of an effect that no other
-unknown can explain."""
+"""Observability: smallest detectable size of effects, and collinearity of two effects.
+
+Both from sensitivities in units of the noise, the model's own unknowns and the noise level projected out: the part of
+an effect that no other unknown can explain.
+"""
 
 from __future__ import annotations
 
@@ -28,8 +30,11 @@ POWER = 0.9  # chance of detecting an effect of the smallest detectable size
 
 @dataclass(frozen=True)
 class Detectable:
-    """The smallest size of one unknown of an effect (SI) that would be detected in 90 % of noise draws, and the largest that
-    is physical and leaves the rotor stable at the measured speeds."""
+    """Smallest detectable and largest physical size of one unknown of an effect, SI.
+
+    The former would be detected in 90 % of noise realisations; the latter leaves the rotor stable at the measured
+    speeds.
+    """
 
     parameter: Parameter
     size: float
@@ -67,7 +72,10 @@ def smallest_detectable(baseline: Fit, candidate: Candidate, level: float) -> li
 
 
 def _largest(baseline: Fit, problem: Problem, index: int) -> float:
-    """The largest size of one unknown of an effect, SI, alone: within its limits, and with which the rotor is stable."""
+    """Largest size of one unknown of an effect, SI, alone.
+
+    It is within its limits, and the rotor is stable with it.
+    """
     parameter = problem.parameters.items[index]
     x = np.concatenate([baseline.x, np.zeros(len(problem.parameters) - len(baseline.x))])
 
@@ -79,15 +87,20 @@ def _largest(baseline: Fit, problem: Problem, index: int) -> float:
 
 
 def _last_stable(is_stable: Callable[[float], bool], end: float) -> float:
-    """The size nearest to an end of its limits up to which from 0 the rotor is stable, within 0.1 % of the end."""
+    """Size nearest to an end of its limits up to which from 0 the rotor is stable.
+
+    It is within 0.1 % of the end.
+    """
     if end == 0 or is_stable(end):
         return end
     return last_stable(lambda part: is_stable(part * end)) * end
 
 
 def _left_of_effect(fit: Fit, problem: Problem, n_effect: int) -> Array:
-    """Sensitivity (m, e) to the last unknowns of an extended problem at 0, all else projected out; `fit` is of the
-    problem without them."""
+    """Sensitivity (m, e) to the last unknowns of an extended problem at 0, all else projected out.
+
+    `fit` is of the problem without them.
+    """
     u = np.concatenate([fit.u, without_effects(problem, len(fit.u))])
     whitened, of_noise = _whitened(problem, u, fit)
     return _without(whitened[:, -n_effect:], whitened[:, :-n_effect], of_noise)
@@ -116,7 +129,7 @@ def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
 
 
 def _noncentrality(n_unknown: int, level: float) -> float:
-    """Noncentrality of χ² with so many degrees of freedom, such that it exceeds its `level` quantile with probability POWER."""
+    """Noncentrality of χ² at which it exceeds its `level` quantile with probability POWER."""
     critical = scipy.stats.chi2.isf(level, n_unknown)
     return float(brentq(lambda value: scipy.stats.ncx2.sf(critical, n_unknown, value) - POWER, 1e-3, 1e4))
 
@@ -131,9 +144,11 @@ class Led(Protocol):
 
 
 def collinearity(lead: Led, other: Candidate) -> float:
-    """Collinearity of effects, as fitted, with another: the cosine between their change of the data and the nearest change
-    that the other makes, if everything else is fitted too. At 1 the data cannot distinguish them. For effects that cannot
-    act together it is 0 and says nothing."""
+    """Collinearity of effects, as fitted, with another.
+
+    The cosine between their change of the data and the nearest change that the other makes, if everything else is
+    fitted too. At 1 the data cannot distinguish them. For effects that cannot act together it is 0 and says nothing.
+    """
     reached = reach(lead, other)
     return 0.0 if reached is None else cosine(change_of(lead), reached)
 
@@ -145,7 +160,10 @@ def cosine(change: Array, reached: Array) -> float:
 
 
 def change_of(lead: Led) -> Array:
-    """Change of the data (m,) by the effects of a fit, to first order, in units of the noise, if everything else is fitted too."""
+    """Change of the data (m,) by the effects of a fit, in units of the noise.
+
+    It is to first order, with everything else also fitted.
+    """
     problem, u = lead.fit.problem, lead.fit.u
     whitened, of_noise = _whitened(problem, u, lead.fit)
     n_own = len(u) - lead.n_unknown
@@ -154,8 +172,10 @@ def change_of(lead: Led) -> Array:
 
 
 def reach(lead: Led, other: Candidate) -> Array | None:
-    """Orthonormal changes of the data (m, e) that another effect can make where a fit is, if everything but the effects of the fit
-    is fitted too. None if it cannot act together with them, or changes nothing."""
+    """Orthonormal changes of the data (m, e) that another effect can make at a fit.
+
+    Everything but the effects of the fit is also fitted. None if it cannot act together with them, or changes nothing.
+    """
     u = lead.fit.u
     n_own, n_other = len(u) - lead.n_unknown, len(other.effect.parameters(lead.fit.problem.machine))
     if (problem := other.beside(lead.fit.problem)) is None:

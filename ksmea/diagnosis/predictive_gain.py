@@ -1,4 +1,6 @@
-"""The predictive gain of an extended model: its elpd difference from the baseline model on left-out blocks of speeds.
+"""The predictive gain of an extended model.
+
+Its elpd difference from the baseline model on left-out blocks of speeds.
 
 Contiguous blocks of speeds are left out in turn. A single speed left out would be predicted by its neighbours; a block
 must be predicted by the model. Of several runs a block is a band that all of them leave out. What is compared is the log density of the left-out data under the fit to the others.
@@ -24,7 +26,7 @@ Indices = NDArray[np.intp]  # of speeds
 
 @dataclass(frozen=True)
 class PredictiveGain:
-    """The elpd difference, extended minus baseline, and the rms errors (m) of predicting left-out blocks by either."""
+    """Elpd difference, extended minus baseline, and rms errors (m) of predicting left-out blocks by each."""
 
     elpd: ElpdDifference
     rmse_before: float
@@ -32,7 +34,10 @@ class PredictiveGain:
 
 
 def predictive_gain(before: Fit, after: Fit, n_block: int, workers: Workers = ALONE) -> PredictiveGain:
-    """The predictive gain of one fitted model over another, the speeds left out in `n_block` contiguous blocks."""
+    """Predictive gain of one fitted model over another.
+
+    The speeds are left out in `n_block` contiguous blocks.
+    """
     measurement = before.measurement
     n_block = min(n_block, len(measurement.speed))
     differences, squares = [], []
@@ -48,7 +53,10 @@ def predictive_gain(before: Fit, after: Fit, n_block: int, workers: Workers = AL
 
 
 def _left_out(fit: Fit, kept: Indices, block: Indices) -> tuple[float, float]:
-    """Log density of the data in a block under the model fitted to the others, and their summed squared residuals."""
+    """Log density of a block of data under the model fitted to the others, and squared residuals.
+
+    The squares are summed.
+    """
     likelihood = likelihood_of(Case.of(fit.problem, fit.measurement.part(kept)))
     start = np.clip(fit.point.theta, likelihood.lower, likelihood.upper)
     theta = maximise(likelihood, start, tolerance=1e-3).theta

@@ -1,4 +1,4 @@
-"""Rivals: effects that explain the data about as well as the best one, or pair, and their collinearity with it.
+"""Rivals: effects that fit about as well as the best one, or pair, and their collinearity with it.
 
 Sensitivities predict the deviance drop of a collinear effect: cos² times the drop of the best one. The prediction holds as far as the
 model is linear, which it is not if sharp resonances move. Therefore each rival is fitted first to the predictions of the best
@@ -40,7 +40,10 @@ Cosines = Mapping[tuple[str, str], float]  # by effect and location
 
 
 def cosines_with(lead: Explanation, trials: Sequence[Trial], workers: Workers = ALONE) -> Cosines:
-    """Collinearity of all other candidates with the best explanation, by sensitivities; processes share them."""
+    """Collinearity of all other candidates with the best explanation, by sensitivities.
+
+    Processes share them.
+    """
     others = _others(lead, trials)
     reached = workers.unseen.each(partial(reach, lead), [trial.candidate for trial in others])
     change = change_of(lead)
@@ -68,8 +71,10 @@ def collinearities(lead: Explanation, trials: Sequence[Trial], cosines: Cosines)
 def tested(
     lead: Explanation, trials: Sequence[Trial], cosines: Cosines, baseline: Fit, workers: Workers = ALONE
 ) -> list[Trial]:
-    """The trials, those again whose collinearity with the best explanation predicts a better fit than they have, highest ΔBIC
-    first. Processes share them."""
+    """Trials, with new fits of those whose collinearity with the best one predicts better.
+
+    They are in order of ΔBIC, highest first. Processes share them.
+    """
 
     def again(trial: Trial) -> Trial:
         is_promising = (trial.name, trial.location) in cosines and _promises(trial, lead, cosines)
@@ -91,15 +96,20 @@ def promises(lead: Explanation, collinearity: float, n_unknown: int) -> bool:
 
 
 def _collinearity(lead: Explanation, trial: Trial, cosines: Cosines) -> float:
-    """By sensitivities, or where an effect is curved by what its fit has reached, since its deviance drop is cos² of the best
-    one's."""
+    """Collinearity by sensitivities, or for a curved effect by its fit.
+
+    Its deviance drop is cos² of the best one's.
+    """
     reached = np.sqrt(min(trial.deviance_drop / lead.deviance_drop, 1.0))
     return float(max(reached, cosines[trial.name, trial.location]))
 
 
 def _led(trial: Trial, lead: Explanation, baseline: Fit, n_candidate: int) -> Trial:
-    """A trial with the better of its fit and further ones: from where the valley leads in which the best explanation is exchanged for
-    it, and if that does not come near from where its effect comes nearest to what the best one predicts."""
+    """A trial with the better of its fit and further ones.
+
+    Further fits start from the end of the valley in which the best explanation is exchanged for it, and, if that is not
+    near, from the point at which its effect comes nearest to the prediction of the best one.
+    """
     d = baseline.likelihood.d
 
     def tried(fits: Sequence[Fit]) -> Trial:
@@ -121,8 +131,10 @@ def _fit_from(u: Array, fit: Fit, baseline: Fit) -> Fit:
 
 
 def fits_towards(lead: Explanation, fit: Fit, baseline: Fit) -> list[Fit]:
-    """Fits of a problem from where it comes nearest to what an explanation predicts, sought from the unknowns of that without any
-    effect, and from a fit."""
+    """Fits of a problem from its point nearest to the prediction of an explanation.
+
+    That point is sought from the unknowns of the explanation without any effect, and from a fit.
+    """
     problem, measurement, d = fit.problem, fit.likelihood.measurement, baseline.likelihood.d
     predicted = dataclasses.replace(measurement, values=measurement.seen(lead.fit.response()), noise=lead.fit.noise)
     to_predicted = Likelihood(Model(problem), predicted)
@@ -138,8 +150,11 @@ TOLERANCE = 1e-2  # of the deviance, at which the fit of a step ends
 
 
 def in_place_of(lead: Led, trial: Trial, d: int) -> Array | None:
-    """Where in the unit cube a trial's effect explains what the lead's does; the model without effects has d unknowns. None where no
-    valley leads there: the deviance rises far above the lead's, or the two cannot act together."""
+    """Point of the unit cube at which a trial's effect has the influence of the lead's effect.
+
+    The model without effects has d unknowns. None where no valley leads there: the deviance rises far above the lead's,
+    or the two cannot act together.
+    """
     both = trial.candidate.beside(lead.fit.problem)
     if both is None or both.parameters.makes_jumps:
         return None

@@ -57,8 +57,11 @@ def pairs_beside(
     *,
     is_scanned: bool,
 ) -> list[Explanation]:
-    """Pairs of one of the first effects and any other candidate, highest ΔBIC first; with `is_scanned` second effects are
-    scanned. Without, the residuals of the first effects are noise, and pairs whose deviance falls by less than ln n are omitted."""
+    """Pairs of one of the first effects and any other candidate, highest ΔBIC first.
+
+    With `is_scanned` second effects are scanned. Without, the residuals of the first effects are noise, and pairs whose
+    deviance falls by less than ln n are omitted.
+    """
     n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, search.effort.pairs // max(len(firsts), 1))
     found = []
     for first in firsts:
@@ -75,8 +78,10 @@ def pairs_beside(
 
 
 def distinct_firsts(significant: Sequence[Trial], count: int) -> list[Trial]:
-    """The best effects, each at its best location, whose predictions differ: effects with the same predictions leave the same
-    residuals to a second one."""
+    """The best effects, each at its best location, whose predictions differ.
+
+    Effects with the same predictions leave the same residuals to a second one.
+    """
     found: list[Trial] = []
     for trial in best_by_name(significant).values():
         if len(found) < count and all(_differ(trial.fit, other.fit) for other in found):
@@ -91,8 +96,11 @@ def _differ(fit: Fit, other: Fit) -> bool:
 
 
 def alternatives(best: Explanation, firsts: Sequence[Trial], search: Search, n_candidate: int) -> list[Explanation]:
-    """Pairs that come near the best one with another effect in place of one of its two: the other one is fitted together with
-    each of the first effects. `n_candidate` is the number of all pairs that p is corrected for."""
+    """Pairs that come near the best one with another effect in place of one of its two.
+
+    The other one is fitted together with each of the first effects. `n_candidate` is the number of all pairs that p is
+    corrected for.
+    """
     found = []
     for first in firsts:
         kept = [candidate for candidate in best.applied if candidate != first.candidate]
@@ -105,8 +113,11 @@ def alternatives(best: Explanation, firsts: Sequence[Trial], search: Search, n_c
 def _quick(
     first: Trial, candidates: Sequence[Candidate], search: Search, n_candidate: int, limit: float = np.inf
 ) -> list[Trial]:
-    """Second effects added to a first one, fitted for a few iterations; with a limit of the deviance, fitted for up to
-    TRIAL_ITERATIONS iterations, and only the effects that come below the limit."""
+    """Second effects added to a first one, fitted for a few iterations.
+
+    If a limit of the deviance is given, up to TRIAL_ITERATIONS iterations are made, and only effects that come below
+    the limit are kept.
+    """
     return fitted(
         first.fit,
         candidates,
@@ -141,15 +152,18 @@ def _ended(first: Trial, n_candidate: int, second: Trial) -> Trial:
 
 
 def _around(first: Fit, baseline: BaselineFits, effort: Effort) -> BaselineFits:
-    """The fit of a first effect, and the baseline model's screened points with that effect as it is fitted."""
+    """Fit of a first effect, and the baseline model's screened points with that effect as fitted."""
     points = baseline.screened.thinned(PER_SCANNED * effort.scan)
     with_effect = np.hstack([points, np.tile(first.u[points.shape[1] :], (len(points), 1))])
     return BaselineFits(first, (), screened(first.case, np.vstack([first.u, with_effect])))
 
 
 def each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> list[Trial]:
-    """All trials, ranked again, if an effect of a pair alone fits better when started from the values of the pair; else empty. Any
-    second effect lifts a first one out of a lower maximum that it was left in, which is not evidence for the second one."""
+    """All trials ranked again, if an effect of a pair fits better alone from the values of the pair.
+
+    Otherwise empty. Any second effect lifts a first one out of a lower maximum in which it stayed, which is not
+    evidence for the second one.
+    """
     if len(best.applied) < 2:
         return []
     better = [_from_pair(trial, best, baseline, len(trials)) for trial in trials if trial.candidate in best.applied]

@@ -89,16 +89,20 @@ class Trial:
 
 
 def candidates(problem: Problem, effects: Mapping[str, AnyEffect]) -> list[Candidate]:
-    """Every effect at every location that the problem offers, except effects that the problem has already and effects that do
-    not fit it."""
+    """Every effect at every location that the problem offers.
+
+    Effects that the problem has already, and effects that do not fit it, are left out.
+    """
     return candidates_and_left_out(problem, effects)[0]
 
 
 def candidates_and_left_out(
     problem: Problem, effects: Mapping[str, AnyEffect]
 ) -> tuple[list[Candidate], Mapping[str, str]]:
-    """The candidates, and why an effect is not among them that raises on this problem, by its name: one that fits other
-    problems must not take the diagnosis of this one away."""
+    """The candidates, and why an effect is not among them that raises on this problem, by its name.
+
+    One that fits other problems must not take the diagnosis of this one away.
+    """
     found: list[Candidate] = []
     left_out = {}
     for name, effect in effects.items():
@@ -121,7 +125,7 @@ def none_located(effects: Mapping[str, AnyEffect]) -> str:
 
 
 def _located(name: str, effect: AnyEffect, problem: Problem) -> list[Candidate]:
-    """One effect at every location where the problem does not have it already, each tried by adding it to the problem."""
+    """One effect at every location at which the problem does not have it, tried by adding it."""
     known = set(problem.parameters.names)
     found = []
     for located in effect.locations(problem.machine):
@@ -157,10 +161,12 @@ def fitted(
     limit: float = np.inf,
     most: int | None = None,
 ) -> list[Trial]:
-    """All candidates whose deviance comes below a limit, or the `most` best ones by their first step, each
-    fitted from where the model without it fits; highest ΔBIC first. `n_candidate` is the number that p is corrected for, the
-    number of candidates if not given. The one with the best first step is fitted first: it says which of the others, which
-    processes share, are no rivals."""
+    """Fits of all candidates below a deviance limit, or of the `most` best ones, highest ΔBIC first.
+
+    Candidates are ordered by their first step and fitted from the fit of the model without them. `n_candidate` is the
+    number that p is corrected for; default: the number of candidates. The one with the best first step is fitted first:
+    it shows which of the others, which processes share, are no rivals.
+    """
 
     def tried(entry: tuple[Candidate, Fit], below: float) -> Trial | None:
         candidate, start = entry
@@ -181,8 +187,10 @@ def fitted(
 
 
 def _most_promising_first(without: Fit, found: Sequence[Candidate]) -> list[tuple[Candidate, Fit]]:
-    """The candidates that can act in addition to a problem's effects, with the starts of their fits, by the prediction of
-    their first step. No processes share this: what is solved here once, all have from then on."""
+    """Candidates that can act in addition to a problem's effects, with starts, by their first step.
+
+    No processes share this: whatever is solved here once, all have from then on.
+    """
     promising = []
     for candidate in found:
         if (extended := candidate.beside(without.problem)) is not None:
@@ -193,8 +201,11 @@ def _most_promising_first(without: Fit, found: Sequence[Candidate]) -> list[tupl
 
 
 def refined(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
-    """The trials, each with the better of its fit and further ones (`searched`), also from the unknowns of the baseline model's
-    other maxima and of the best trials. Processes share them, once it is known how far the first one comes."""
+    """Trials, each with the better of its fit and further ones (`searched`).
+
+    Further fits also start from the unknowns of the baseline model's other maxima and of the best trials. Processes
+    share them, once it is known how far the first one comes.
+    """
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
 
     def again(trial: Trial, ceiling: float) -> Trial:
@@ -225,9 +236,12 @@ def searched(
     starts: Sequence[Fit] = (),
     ceiling: float = np.inf,
 ) -> Trial:
-    """A trial with the better of its fit and further ones: along the effect's path, from its force as that is recovered from the
-    data, from a scan of its whole range where it needs that, and else, or where the effort leaves these out, from the unknowns
-    of other fits. Searches that lead to deviances above `ceiling` are left early."""
+    """A trial with the better of its fit and further ones.
+
+    Along the effect's path, from its force as that is recovered from the data, from a scan of its whole range where it
+    needs that, and else, or where the effort leaves these out, from the unknowns of other fits. Searches that lead to
+    deviances above `ceiling` are left early.
+    """
     case, fit, without = trial.fit.case, trial.fit, baseline.best.case
     path, force = trial.candidate.effect.path(without.problem.machine), trial.candidate.effect.force_at()
     shows_force = force is not None and can_recover(without, force[0])
@@ -270,8 +284,11 @@ NEAR = 6.0  # ΔBIC within which effects cannot be told apart (Kass & Raftery 19
 
 @dataclass(frozen=True)
 class Explanation:
-    """Effects at their locations, the fit of the model that has them, and its deviance drop from the baseline model; `p` belongs
-    to the last effect, given the others, corrected for the number of candidates."""
+    """Effects at their locations, the fit of the model that has them, and its deviance drop.
+
+    The drop is from the baseline model; `p` belongs to the last effect, given the others, corrected for the number of
+    candidates.
+    """
 
     applied: tuple[Candidate, ...]
     fit: Fit
@@ -317,8 +334,11 @@ class Explanation:
 
     @property
     def has_sizes(self) -> bool:
-        """Whether each of its effects has a size within its limits: one that ends where it does nothing, or on a limit, does not belong to an
-        explanation. Of limits at 0, as of a mass or a loss factor, fewer than half may be met."""
+        """Whether each of its effects has a size within its limits.
+
+        One that ends where it does nothing, or on a limit, does not belong to an explanation. Of limits at 0, as of a
+        mass or a loss factor, fewer than half may be met.
+        """
         n = len(self.fit.u) - self.n_unknown
         u, zero = self.fit.u[n:], without_effects(self.fit.problem, n)
         return all(_has_size(u[own], zero[own]) for own in self.own_unknowns)
@@ -340,7 +360,10 @@ class Explanation:
 
 
 def _has_size(u: Array, zero: Array) -> bool:
-    """Whether unknowns of an effect (e,) in the unit cube, which are without it at `zero`, are within their limits."""
+    """Whether unknowns of an effect (e,) in the unit cube are within limits and differ from `zero`.
+
+    At `zero` the model is as without it.
+    """
     is_zero = np.abs(u - zero) < AT_LIMIT
     is_limit = (u < AT_LIMIT) | (u > 1 - AT_LIMIT)
     return not (np.all(is_zero) or np.any(is_limit & ~is_zero) or 2 * np.sum(is_limit & is_zero) >= max(len(u), 1))

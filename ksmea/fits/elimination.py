@@ -1,4 +1,6 @@
-"""Starts of effects that add to the readings: their unknowns enter linearly and are eliminated at every screened point.
+"""Starts of effects that add to the readings.
+
+Their unknowns enter linearly and are eliminated at every screened point.
 
 With q(u) the response of the model without the effect and B θ what the effect adds, B the same at all u, the data are y ≈ a q(u) + B θ;
 a is the common factor of all unbalance, complex if a common phase is free. At each point a and θ follow by least squares
@@ -20,8 +22,11 @@ LEAST_NORM = 1e-12  # of the basis, below which q lies in the span of B and says
 
 
 def eliminated(case: Case, points: Array, zero: Array) -> Screened:
-    """Points (n, d) of a model's unit cube completed by the unknowns (n, e) of its last effect that suit complex data best, ranked by
-    the part of the data left over; `zero` (e,) is where the effect is absent."""
+    """Points (n, d) of a model's unit cube with the best unknowns (n, e) of its last effect, ranked.
+
+    The unknowns suit complex data best. The rank is by the part of the data that remains; `zero` (e,) is where the
+    effect is absent.
+    """
     case = as_searched(case)
     problem, data = case.problem, case.measurement.values.ravel().astype(complex)
     basis = _added(case, points[0], zero)  # (m, e)
@@ -42,7 +47,10 @@ def eliminated(case: Case, points: Array, zero: Array) -> Screened:
 
 
 def _added(case: Case, point: Array, zero: Array) -> Array:
-    """B (2 m, e): readings added per unit of each unknown in the unit cube, real parts above imaginary ones."""
+    """Readings B (2 m, e) added per unit of each unknown in the unit cube.
+
+    Real parts are above imaginary ones.
+    """
     step = np.where(zero > 0.5, -0.5, 0.5)
     cube = np.tile(np.concatenate([point, zero]), (1 + len(zero), 1))
     cube[1:, len(point) :] += np.diag(step)
@@ -53,7 +61,10 @@ def _added(case: Case, point: Array, zero: Array) -> Array:
 def _least_squares(
     response: ComplexArray, basis: Array, data: ComplexArray, *, is_complex: bool
 ) -> tuple[ComplexArray, Array, Array]:
-    """a (n,), θ (n, e) relative to `zero` and the part (n,) of the data left, for responses (n, m) and data (m,)."""
+    """Factor a (n,), unknowns θ (n, e) relative to `zero`, and remaining part (n,) of the data.
+
+    They are for responses (n, m) and data (m,).
+    """
     directions, triangle = np.linalg.qr(basis)
     of_data = directions.T @ as_real(data)
     left = as_real(data) - directions @ of_data

@@ -1,4 +1,6 @@
-"""Fits of the baseline model, and of models extended by effects: the likelihood's maximum from many starts.
+"""Fits of the baseline model, and of models extended by effects.
+
+The likelihood's maximum from many starts.
 
 The likelihood has many maxima, and a missing effect moves the right one. Therefore the unknowns of an effect are scanned over
 their limits, and fits start from the best of these points as well as from the best fit of the baseline model.
@@ -80,8 +82,11 @@ class Fit:
 
     @property
     def marginal_deviance(self) -> float:
-        """The deviance with numbers known to a tolerance integrated out, by Laplace's approximation: D + ln det(Λ sd²), Λ their information
-        with priors. By it models are compared, in which such numbers count as no unknowns."""
+        """The deviance with numbers known to a tolerance integrated out, by Laplace's approximation.
+
+        D + ln det(Λ sd²), Λ their information with priors. By it models are compared, in which such numbers count as no
+        unknowns.
+        """
         inputs = self.inputs
         if not len(inputs):
             return self.deviance
@@ -114,7 +119,10 @@ class Fit:
 
     @property
     def known(self) -> tuple[object, ...]:
-        """Objects of this fit that further fits may contain: processes that share the fits need not send them back."""
+        """Objects of this fit that further fits may contain.
+
+        Processes that share the fits need not send them back.
+        """
         return self, self.problem, self.likelihood, self.measurement
 
     def response(self) -> ComplexArray:
@@ -141,8 +149,10 @@ class BaselineFits:
 
 
 def fit_baseline(case: Case, search: Search, likelihood: Likelihood | None = None) -> BaselineFits:
-    """The baseline model fitted from the best points of a screening of its whole box; its likelihood may be given to count its
-    evaluations."""
+    """The baseline model fitted from the best points of a screening of its whole box.
+
+    Its likelihood may be given to count its evaluations.
+    """
     effort = search.effort
     n = 2 ** (effort.screening - 1).bit_length()
     points = sobol(n, len(case.problem.parameters), search.rng)
@@ -157,8 +167,10 @@ def fit_baseline(case: Case, search: Search, likelihood: Likelihood | None = Non
 
 
 def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator | None = None) -> list[Point]:
-    """The maxima of a likelihood all over the box that are not much lower than the highest, highest first, and a known one: by
-    fits from the best points of a screening in which unknowns grow by factors (`Parameters.from_decades`)."""
+    """Maxima of a likelihood in the whole box near the highest, highest first, and a known one.
+
+    Fits start from the best points of a screening in which unknowns grow by factors (`Parameters.from_decades`).
+    """
     parameters = likelihood.model.problem.parameters
     points = parameters.from_decades(sobol(SCREENED, len(parameters), rng))
     starts: list[Array] = []
@@ -173,7 +185,7 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
 
 
 def finished(fit: Fit, below: float = np.inf) -> Fit:
-    """A fit that was left before its end, gone on with to where fits of trials end, if that can be `below` a deviance."""
+    """Fit that was left before its end, continued to convergence, if that can be `below` a deviance."""
     return Fit(fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=_end(fit), ceiling=below))
 
 
@@ -191,8 +203,10 @@ def _polished(likelihood: Likelihood, point: Point) -> Point:
 
 
 def settled(fit: Fit, level: float, workers: Workers = ALONE) -> tuple[Fit, Estimate]:
-    """A polished fit with intervals of confidence `level`, which workers share: both belong to the highest maximum that profiles
-    around it meet."""
+    """Polished fit with intervals of confidence `level`, which workers share.
+
+    Both belong to the highest maximum that profiles around it meet.
+    """
     fit = polished(fit)
     profiled = np.setdiff1d(np.arange(fit.likelihood.d), fit.inputs)
     estimated = estimate(fit.likelihood, fit.point, level=level, profiled=profiled, workers=workers)
@@ -200,8 +214,11 @@ def settled(fit: Fit, level: float, workers: Workers = ALONE) -> tuple[Fit, Esti
 
 
 def fit_nearby(problem: Problem, baseline: Fit, max_iterations: int = TRIAL_ITERATIONS, below: float = np.inf) -> Fit:
-    """Fit of a problem whose last unknowns belong to effects (0: no effect), together with all others, from the fit of the baseline
-    model. Here and in the functions below a fit is given up if it would not come `below` a deviance."""
+    """Fit of a problem with effects from the fit of the baseline model.
+
+    Its last unknowns belong to effects (0: no effect), and all are fitted together. Here and in the functions below a
+    fit is given up if it would not come `below` a deviance.
+    """
     return fit_on(nearby(problem, baseline), baseline, max_iterations, below)
 
 
@@ -229,9 +246,12 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
 
 
 def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
-    """The better of a fit and further ones of its problem: from the best points of screenings at values of the effects all over
-    their limits that come nearer to the data than the fit, and from other maxima of the baseline model; left after the first
-    iterations where all have a deviance above `ceiling`."""
+    """The better of a fit and further ones of its problem.
+
+    They start from the best points of screenings at values of the effects all over their limits that come nearer to the
+    data than the fit, and from other maxima of the baseline model. They are left after the first iterations if all have
+    a deviance above `ceiling`.
+    """
     likelihood = fit.likelihood
     zero = without_effects(fit.problem, baseline.best.likelihood.d)
     starts = [np.concatenate([other.u, zero]) for other in baseline.others]
@@ -246,8 +266,10 @@ def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: flo
 
 
 def fit_by_elimination(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
-    """The better of a fit and further ones of its problem, whose last effect adds to the readings, from the best of all screened points with
-    that effect's unknowns eliminated."""
+    """Better of a fit and further ones of its problem, whose last effect adds to the readings.
+
+    They start from the best of all screened points with that effect's unknowns eliminated.
+    """
     zero = without_effects(fit.problem, baseline.best.likelihood.d)
     found = eliminated(fit.case, baseline.screened.points, zero)
     starts = found.apart(effort.effect_starts, EFFECT_START_DISTANCE).points
@@ -320,8 +342,10 @@ def maxima_from(
     ceiling: float = np.inf,
     below: float = np.inf,
 ) -> list[Point]:
-    """Different maxima of a likelihood from starts θ, highest first; left where all have a deviance above `ceiling` after the first
-    iterations."""
+    """Different maxima of a likelihood from starts θ, highest first.
+
+    Left where all have a deviance above `ceiling` after the first iterations.
+    """
     return best_maxima(
         likelihood,
         starts,
@@ -338,9 +362,12 @@ N_SIZE = 4  # of the values that a scan of an effect with one unknown has: it is
 
 
 def least_deviance(fit: Fit, best: Fit, n_own: int) -> float:
-    """About the lowest deviance of a fit's problem, whose first `n_own` unknowns are those without its effect: what it would leave
-    if it predicted as the best fit does wherever it moves anything, and nothing elsewhere, with the noise that suits this. It comes
-    lower where the best fit leaves more than noise. −∞ where it moves all channels, and of differences between runs."""
+    """Approximate lowest deviance of a fit's problem, whose first `n_own` unknowns exclude its effect.
+
+    It is the deviance if the problem predicted as the best fit does wherever the effect changes anything, and nothing
+    elsewhere, with the noise that suits this. It comes lower if the residuals of the best fit are more than noise. −∞
+    if the effect moves all channels, and for differences between runs.
+    """
     if best.measurement.is_by_differences:
         return -np.inf
     silent = _silent(fit, n_own)

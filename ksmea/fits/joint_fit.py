@@ -31,7 +31,10 @@ REACH = 25.0  # of the deviance: fits that end so much higher are left there
 
 
 def joint_maxima(likelihood: Likelihood, starts: Sequence[Array]) -> list[Point]:
-    """Different maxima of a joint likelihood from points (d,) of the unit cube at which numbers are as stated, highest first."""
+    """Different maxima of a joint likelihood, highest first.
+
+    The searches start from points (d,) of the unit cube at which numbers are as stated.
+    """
     first = maximise(likelihood, likelihood.start(starts[0]), max_iterations=FIRST_ITERATIONS, tolerance=1e-2)
     further = [likelihood.start(u) for u in starts[1:]]
     further += [_beside(likelihood, u) for u in _along_sharpest(likelihood, starts[0], first)]
@@ -52,7 +55,10 @@ def _beside(likelihood: Likelihood, u: Array) -> Array:
 
 
 def _along_sharpest(likelihood: Likelihood, start: Array, point: Point) -> list[Array]:
-    """Further points (d,) along the direction of the numbers that the data see best, if they see it sharply."""
+    """Further points (d,) along the direction of numbers best determined by the data.
+
+    There are some only if it is determined sharply.
+    """
     parameters = likelihood.model.problem.parameters
     columns, (value, sd) = parameters.with_prior, parameters.priors
     others = np.setdiff1d(np.arange(point.whitened.shape[1]), columns)

@@ -45,8 +45,11 @@ STATISTICS = (
 
 @dataclass(frozen=True)
 class FitQuality:
-    """`p` of the lack-of-fit test, the smallest of `p_by_statistic` corrected for their number; `residuals`
-    (n_speed, n_channel) in units of the noise, complex or real, and where most of the misfit sits."""
+    """Quality of a fit: lack-of-fit test and residuals.
+
+    `p` is of the lack-of-fit test, the smallest of `p_by_statistic` corrected for their number. `residuals` (n_speed,
+    n_channel) in units of the noise, complex or real, and where most of the misfit sits.
+    """
 
     p: float
     p_by_statistic: dict[str, float]
@@ -109,7 +112,10 @@ def lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
 
 
 def as_complex(noise: Array, shape: tuple[int, ...]) -> ComplexArray:
-    """Unit noise in two real parts per datum → complex of unit variance; real parts first, as the likelihood has them."""
+    """Unit noise in two real parts per datum → complex of unit variance.
+
+    Real parts first, as the likelihood has them.
+    """
     n_datum = noise.shape[1] // 2
     combined = np.empty((len(noise), n_datum), dtype=complex)
     np.divide(noise[:, :n_datum], np.sqrt(2), out=combined.real)
@@ -118,8 +124,10 @@ def as_complex(noise: Array, shape: tuple[int, ...]) -> ComplexArray:
 
 
 def residual_statistics(residuals: Array | ComplexArray, rows: Sequence[slice], *, scale_free: bool) -> Array:
-    """Statistics (n, 4 or 5) of residuals (n, n_speed, n_channel), each run at its `rows`; all but the last do not depend
-    on their scale."""
+    """Statistics (n, 4 or 5) of residuals (n, n_speed, n_channel), each run at its `rows`.
+
+    All but the last do not depend on their scale.
+    """
     squared = residuals.real**2 + residuals.imag**2
     total = squared.sum(axis=(1, 2))
     mean = (total / residuals[0].size)[:, None, None]
@@ -177,8 +185,10 @@ def upper_ranks(values: Array) -> Indices:
 
 
 def whirl_parts(residuals: Array | ComplexArray, channels: Sequence[Channel]) -> dict[float, ComplexArray]:
-    """Forward and backward whirl (2, n_speed) in complex residuals at 1X, by the position of planes that have probes in two
-    directions: a forward circular motion is (1, −i) in x and y, a backward one (1, i)."""
+    """Forward and backward whirl (2, n_speed) in complex residuals at 1X, by position.
+
+    Planes have probes in two directions: a forward circular motion is (1, −i) in x and y, a backward one (1, i).
+    """
     found = {}
     for position in dict.fromkeys(channel.position for channel in channels):
         there = [index for index, item in enumerate(channels) if item.is_1x and item.position == position]
@@ -200,7 +210,10 @@ def is_size_alone(quality: FitQuality, level: float) -> bool:
 
 
 def is_stated_too_large(quality: FitQuality, n_left: int, level: float) -> bool:
-    """Whether so little is left by n_left degrees of freedom less often than `level`, with noise as it is stated."""
+    """Whether residuals of n_left degrees of freedom are as small less often than `level`.
+
+    Noise is as stated.
+    """
     return CHI2 in quality.p_by_statistic and float(scipy.stats.chi2.cdf(quality.reduced_chi2 * n_left, n_left)) < level
 
 
@@ -213,7 +226,10 @@ def as_left(measurement: Measurement, quality: FitQuality) -> Measurement:
 
 
 def with_noise_as_left(baseline: BaselineFits, level: float, rng: np.random.Generator) -> BaselineFits:
-    """These fits with the noise level of the best one's residuals, if the lack-of-fit test at `level` rejects only the noise level."""
+    """Fits with the noise level of the best one's residuals, if only the noise level is rejected.
+
+    The lack-of-fit test is at `level`.
+    """
     measurement = baseline.best.measurement
     if measurement.noise is None:
         return baseline

@@ -19,8 +19,11 @@ TURNS_WITH = 0.5  # a vector's part of the change by an angle: it is all of the 
 
 
 def solved_start(case: Case, u: Array, d: int, noise: Noise) -> Array:
-    """A point (d + e,) of the unit cube with unbalance and the last e unknowns solved for from complex data, the others as they are; the
-    point itself if data are amplitudes or angles that are not free tie the vectors."""
+    """Point (d + e,) of the unit cube with unbalance and the last e unknowns solved for.
+
+    Complex data determine them, the others are unchanged. The point itself is returned if data are amplitudes or angles
+    that are not free tie the vectors.
+    """
     problem = case.problem
     parameters = problem.parameters
     magnitudes = [index for index, item in enumerate(parameters) if item.is_unbalance and index < d]
@@ -52,7 +55,10 @@ def solved_start(case: Case, u: Array, d: int, noise: Noise) -> Array:
 
 
 def _turned(vectors: ComplexArray, by_angles: ComplexArray) -> Array:
-    """Which vectors (…, n_vector) each angle turns, by the response per angle (…, n_angle): i times the sum of these, (n_vector, n_angle)."""
+    """Vectors (…, n_vector) that each angle turns, by the response per angle (…, n_angle).
+
+    I times the sum of these, (n_vector, n_angle).
+    """
     flat = 1j * vectors.reshape(-1, vectors.shape[-1])
     scale = np.maximum(np.linalg.norm(flat, axis=0), np.finfo(float).tiny)
     parts = np.linalg.lstsq(flat / scale, by_angles.reshape(-1, by_angles.shape[-1]))[0] / scale[:, None]

@@ -1,4 +1,7 @@
-"""Fits of an effect along a path of its unknowns, such as rising rates of a sweep, and from screenings at values on it."""
+"""Fits of an effect along a path of its unknowns, and from screenings at values on it.
+
+Rising rates of a sweep are such a path.
+"""
 
 from __future__ import annotations
 
@@ -59,8 +62,11 @@ def fit_along(case: Case, baseline: BaselineFits, path: Array, effort: Effort) -
 
 
 def projected_starts(case: Case, noise: Noise, d: int, effort: Effort, values: Array | None = None) -> Array:
-    """Points (n, d) of an extended problem from a screening by variable projection, at values (m, e) of the effect's unknowns from d on if
-    they are given; none of amplitudes, or unless several planes have unknown unbalance."""
+    """Points (n, d) of an extended problem from a screening by variable projection.
+
+    The effect's unknowns from d on have values (m, e) if given. Empty for amplitudes, or unless several planes have
+    unknown unbalance.
+    """
     measurement, parameters = case.measurement, case.problem.parameters
     planes = unbalance_planes(case.problem)
     if measurement.is_amplitude or measurement.is_by_differences or not planes:
@@ -77,7 +83,10 @@ def projected_starts(case: Case, noise: Noise, d: int, effort: Effort, values: A
 
 
 def _points_along(likelihood: Likelihood, theta: Array, d: int, values: Array) -> list[Point]:
-    """Fits at values (n, e) in the unit cube of the unknowns from d on, each from the end of the last one, the first from θ (p,)."""
+    """Fits at values (n, e) in the unit cube of the unknowns from d on.
+
+    Each starts from the end of the last one, the first from θ (p,).
+    """
     fixed, points = np.arange(d, d + values.shape[1]), []
     for value in values:
         theta = np.concatenate([theta[:d], value, theta[fixed[-1] + 1 :]])

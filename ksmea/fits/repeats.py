@@ -38,8 +38,11 @@ STANDS_OUT = 0.01  # p, corrected, below which a run or a channel is named
 
 @dataclass(frozen=True)
 class Repeats:
-    """The noise of repeats with its degrees of freedom, and how runs that are alike differ beyond it: all together, then the
-    runs and channels that stand out. Without repeats in runs the runs themselves are the repeats (`are_runs`)."""
+    """The noise of repeats with its degrees of freedom, and how runs that are alike differ beyond it.
+
+    All together, then the runs and channels that stand out. Without repeats in runs the runs themselves are the repeats
+    (`are_runs`).
+    """
 
     noise: Noise
     degrees: int
@@ -51,7 +54,10 @@ class Repeats:
 
 @dataclass(frozen=True)
 class _Cell:
-    """One run at one speed: index of the run, times measured, mean and sum of squares about it (n_channel,)."""
+    """Run at one speed: index of the run, times measured, mean and sum of squares (n_channel,).
+
+    The squares are about the mean.
+    """
 
     run: int
     count: int

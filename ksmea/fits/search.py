@@ -1,4 +1,7 @@
-"""A search and all that travels with it: how hard it looks, its random numbers, who shares its work and follows its steps."""
+"""A search and all that travels with it.
+
+How hard it looks, its random numbers, who shares its work and follows its steps.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from ksmea.numerics.parallel import ALONE, Workers
 
 @dataclass(frozen=True)
 class Effort:
-    """How many points are screened and how many fits made, and what more is done where several explanations are near."""
+    """Numbers of screened points and fits, and further effort if several explanations are near."""
 
     screening: int = 4000  # points of the baseline model that are screened
     starts: int = 12  # fits of the baseline model
@@ -38,8 +41,10 @@ class Effort:
 
 @dataclass(frozen=True)
 class Search:
-    """How hard a search looks, the generator of its random numbers, and the workers that share it; it finds alike with any
-    number of them."""
+    """Effort of a search, the generator of its random numbers, and the workers that share it.
+
+    The result does not depend on the number of workers.
+    """
 
     rng: np.random.Generator
     effort: Effort = Effort()

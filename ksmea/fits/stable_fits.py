@@ -1,4 +1,6 @@
-"""Fits with effects whose rotor is stable at all measured speeds: data of a steady response are of no other.
+"""Fits with effects whose rotor is stable at all measured speeds.
+
+Data of a steady response are of no other.
 
 The likelihood knows nothing of it: the synchronous response is finite on both sides of the threshold. Most fits are nowhere
 near it; one that is beyond is made again, with unstable values refused.
@@ -23,9 +25,12 @@ EXACT = 0.01  # of the deviance among stable values: on the border steps grow ev
 
 
 def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
-    """The fit where its rotor is stable, else the highest maximum among stable values that is reached from a stable start θ
-    (p,) and from the last stable point on the straight way from there to the fit; the fit as it is where the start is
-    unstable too. A search that would not come `below` a deviance is given up at the stable values that it has."""
+    """Fit at which its rotor is stable.
+
+    If the given fit is unstable, it is the highest maximum among stable values reached from a stable start θ (p,) and
+    from the last stable point on the straight way from there to the fit. If the start is unstable too, the fit is
+    unchanged. A search that would not come `below` a deviance is given up at the stable values that it has.
+    """
     problem = fit.problem
     if problem.is_stable(fit.x):
         return fit

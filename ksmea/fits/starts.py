@@ -38,14 +38,16 @@ CLOUD_POINTS = 32  # points of each cloud
 
 
 def screened(case: Case, points: Array) -> Screened:
-    """Points (n, d) of the unit cube by their misfit, the common factor of all unbalance and the common phase set to
-    what suits the data."""
+    """Points (n, d) of the unit cube in order of their misfit.
+
+    The common factor of all unbalance and the common phase are set to suit the data.
+    """
     [found] = _ranked_by([_by_ratio], case, points)
     return found
 
 
 def screened_both_ways(case: Case, points: Array) -> tuple[Screened, Screened]:
-    """Points as `screened` has them, and by the part of the data at 1X that is not a multiple of the response."""
+    """Points of `screened`, and points by the part of the data at 1X not a multiple of the response."""
     by_ratio, by_shape = _ranked_by([_by_ratio, _by_shape], case, points)
     return by_ratio, by_shape
 
@@ -66,14 +68,19 @@ def _ranked_by(ways: Sequence[Way], case: Case, points: Array) -> list[Screened]
 
 
 def scanned(case: Case, points: Array, zero: Array, n_value: int, n_cloud: int) -> Screened:
-    """The best points of an extended problem: screenings of the baseline model's points (n, d) at values of the
-    effects' unknowns all over their limits, and clouds around the best `n_cloud` of them. `zero` (e,) is where there is no
-    effect."""
+    """The best points of an extended problem.
+
+    Screenings of the baseline model's points (n, d) at values of the effects' unknowns all over their limits, and
+    clouds around the best `n_cloud` of them. `zero` (e,) is the point without an effect.
+    """
     return refined_by_clouds(case, screened_at(case, points, scan_values(zero, n_value)), n_cloud)
 
 
 def screened_at(case: Case, points: Array, values: Array) -> Screened:
-    """The best of the baseline model's points (n, d) at each of the values (m, e) of effects' unknowns, in the unit cube."""
+    """Best of the baseline model's points (n, d) at each of the values (m, e) of effects' unknowns.
+
+    All are in the unit cube.
+    """
     best = []
     for value in values:
         found = screened(case, np.hstack([points, np.tile(value, (len(points), 1))]))
@@ -82,8 +89,11 @@ def screened_at(case: Case, points: Array, values: Array) -> Screened:
 
 
 def refined_by_clouds(case: Case, found: Screened, n_cloud: int) -> Screened:
-    """Clouds of points around the best ones, `n_cloud` at most, narrower and narrower around fewer and fewer; unknowns that are
-    costly to change take few values, the same ones in all clouds of a width; numbers known to a tolerance stay as they are."""
+    """Clouds of points around the best ones, `n_cloud` at most, narrower around fewer and fewer.
+
+    Unknowns that are costly to change take few values, equal ones in all clouds of a width; numbers known to a
+    tolerance stay as they are.
+    """
     d = found.points.shape[1]
     cloud = scipy.stats.norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)
     known = case.problem.parameters.with_prior
@@ -100,8 +110,11 @@ def refined_by_clouds(case: Case, found: Screened, n_cloud: int) -> Screened:
 
 
 def scan_values(zero: Array, n_value: int) -> Array:
-    """Values (n, e) of effects' unknowns in the unit cube to start from: about `n_value` for one unknown and twice as
-    many for each more, spread over their limits and denser towards 0, which lies at `zero` (e,)."""
+    """Values (n, e) of effects' unknowns in the unit cube to start from.
+
+    About `n_value` for one unknown and twice as many for each more, spread over their limits and denser towards 0,
+    which lies at `zero` (e,).
+    """
     e = len(zero)
     n = 2 ** ((n_value - 1).bit_length() + e - 1)
     spread = sobol(n, e) + 0.5 / n  # in (0, 1)
@@ -145,7 +158,10 @@ def _by_shape(case: Case, x: Array, response: ComplexArray) -> tuple[Array, Arra
 
 
 def scale_unbalance(problem: Problem, x: Array, factor: Array) -> Array:
-    """All unbalance in x (n, d) SI, in place, by one factor (n,) as far as the limits of each admit; the factor that it is."""
+    """All unbalance in x (n, d) SI, in place, by one factor (n,) as far as the limits of each admit.
+
+    The factor that it is.
+    """
     parameters = problem.parameters
     masses = [index for index, parameter in enumerate(parameters) if parameter.is_unbalance]
     if not masses:
@@ -173,7 +189,10 @@ def _quiet(measurement: Measurement) -> Array:
 
 
 def turning_angles(case: Case) -> list[int]:
-    """The indices of the angles that turn all data alike: the phase origin, or else the phases of all unbalance."""
+    """The indices of the angles that turn all data alike.
+
+    The phase origin, or else the phases of all unbalance.
+    """
     if case.measurement.is_amplitude:
         return []
     names = case.problem.parameters.names

@@ -1,4 +1,6 @@
-"""Variable projection: starts of fits with the unbalance of each plane, in which the response is linear, by least squares.
+"""Variable projection: starts of fits with the unbalance of each plane by least squares.
+
+The response is linear in the unbalance.
 
 At a point of all other unknowns the complex unbalances, and unknowns of effects such as a bow or a runout, are the solution of a weighted
 linear least-squares problem, so that a screening covers the other unknowns alone (G. H. Golub & V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413–432, doi 10.1137/0710036). With
@@ -25,8 +27,10 @@ FEWEST = 2  # planes: of one, a common factor and phase is the solution
 
 
 def unbalance_planes(problem: Problem) -> list[tuple[int, int]]:
-    """Indices of magnitude and phase of the unbalance of each plane; empty unless all unknown unbalance is such pairs in different
-    planes, and of two planes or more."""
+    """Indices of magnitude and phase of the unbalance of each plane.
+
+    Empty unless all unknown unbalance is such pairs in different planes, and of two planes or more.
+    """
     parameters = problem.parameters
     middle = parameters.to_si(np.full(len(parameters), 0.5))
     magnitudes = [index for index, item in enumerate(parameters) if item.is_unbalance]
@@ -48,7 +52,10 @@ def _moved(problem: Problem, x: Array, index: int) -> tuple[float, ...]:
 
 
 def linear_unknowns(problem: Problem, among: Indices) -> Indices:
-    """Which of the unknowns the response is linear in, around 0 of them: bows, runouts and forces that follow no motion."""
+    """Unknowns in which the response is linear, around 0 of them.
+
+    Bows, runouts and forces that follow no motion.
+    """
     middle = problem.parameters.to_si(np.full(len(problem.parameters), 0.5))
     middle[among] = 0.0
     found = []
@@ -65,8 +72,11 @@ def linear_unknowns(problem: Problem, among: Indices) -> Indices:
 def projected(
     case: Case, noise: Noise, planes: Sequence[tuple[int, int]], points: Array, linear: Indices = NOTHING
 ) -> Screened:
-    """Points (n, d) of the unit cube with the unbalance of their planes, and other unknowns that the response is linear in, fitted to
-    complex data, best first; the misfit is the mean square of the residuals in standard deviations of the noise."""
+    """Points (n, d) of the unit cube with linear unknowns fitted to complex data, best first.
+
+    They are the unbalance of the planes, and other unknowns in which the response is linear. The misfit is the mean
+    square of the residuals in standard deviations of the noise.
+    """
     parameters, values = case.problem.parameters, case.measurement.values
     weight = 1 / noise.sd(np.abs(values))
     n_chunk = max(1, MAX_VALUES // values.size)

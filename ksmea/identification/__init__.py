@@ -1,4 +1,7 @@
-"""Names of the module that stood at `ksmea.identification` come from `ksmea.plugins.identification` for one release. Shorter than 40 lines: it only forwards."""
+"""Forwarded names of the module that was `ksmea.identification`, for one release.
+
+They come from `ksmea.plugins.identification`. Shorter than 40 lines: it only forwards.
+"""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""KSMEA: a surrogate of the response, an optimiser on it, and the true model where the optimiser ends (Section 4).
+"""KSMEA: a surrogate of the response, an optimiser on it, and the true model at its end (Section 4).
 
 Han, Guo & Gao, JSV 332 (2013) 2659–2671, doi 10.1016/j.jsv.2012.12.025, Fig. 1 and eqs. (23)–(25):
 
@@ -195,7 +195,10 @@ class KSMEA(Method):
     def _fitted(
         self, surrogate: Surrogate, previous: Predictor | None, known: _Samples, rng: np.random.Generator
     ) -> _Fitted:
-        """The surrogate of the samples, or its substitute if it is not suited; `previous` is the predictor without the last sample."""
+        """The surrogate of the samples, or its substitute if it is not suited.
+
+        `previous` is the predictor without the last sample.
+        """
         measurement = known.misfit.measurement
         size = {"n_speed": len(measurement.speed), "n_channel": len(measurement.channels)}
         transform = make_transform(surrogate.transform, measurement.kind, **size)
@@ -230,8 +233,11 @@ class KSMEA(Method):
         return surrogate.refit(previous, u, y, rng)
 
     def _objective(self, fitted: _Fitted, known: _Samples) -> Objective:
-        """Objective of the search for the next point: the misfit of the surrogate's response, its own error added to
-        the noise where it tells it, or what the true misfit, by the same noise, is expected to improve."""
+        """Objective of the search for the next point.
+
+        The misfit of the surrogate's response, its own error added to the noise where it tells it, or what the true
+        misfit, by the same noise, is expected to improve.
+        """
         d, misfit = known.points.shape[1], known.misfit
         own_error = fitted.predictor.leave_one_out() if self.surrogate_error else None
         if own_error is not None:
@@ -250,8 +256,10 @@ class KSMEA(Method):
         )
 
     def _search(self, objective: Objective, model: Model, rng: np.random.Generator) -> Array:
-        """The optimum (d,) on the surrogate, by the optimiser and then the polish, each a stage of the objective; a spent
-        budget ends the search with the best point seen."""
+        """Optimum (d,) on the surrogate, by the optimiser and then the polish.
+
+        Each is a stage of the objective; a spent budget ends the search with the best point seen.
+        """
         stage = SEARCH
         try:
             self.optimizer.minimize(objective, rng)
@@ -340,8 +348,10 @@ class _Fitted:
         return self.transform.decode(self.predictor.predict(u))
 
     def residuals(self, u: Array, misfit: Misfit) -> tuple[Array, Array]:
-        """Mean and variance (k, m) of the residuals of the true model at points (k, d), as the surrogate predicts them; one
-        that tells no variance is as uncertain everywhere as its leave-one-out error says, or exact."""
+        """Mean and variance (k, m) of the residuals of the true model at points (k, d), by the surrogate.
+
+        A surrogate without a variance is as uncertain everywhere as its leave-one-out error, or exact.
+        """
         outputs, variance = self.predictor.predict(u), self.predictor.variance(u)
         if variance is None:
             own_error = self.predictor.leave_one_out()

@@ -1,4 +1,6 @@
-"""Trace of a run: each improvement of the best misfit shown by the true model, and its cost, whatever the method is.
+"""Trace of a run: each improvement of the best misfit of the true model, and its cost.
+
+It does not depend on the method.
 
 The problem that a method is handed records it. A point counts once the true model has evaluated it, also on the way to a
 Jacobian; a point that only a surrogate has evaluated is not an improvement. A method with a surrogate improves at its samples and
@@ -84,8 +86,10 @@ class Improvement:
 
 
 class TracedProblem(CountedProblem):
-    """A counted problem that keeps each improvement among the points it is requested at the measured speeds and channels, with
-    the count of predictions by surrogates until then (`predictions`)."""
+    """Counted problem that keeps each improvement among the points at the measured speeds and channels.
+
+    Each has the count of predictions by surrogates until then (`predictions`).
+    """
 
     def __init__(self, behind: Problem, measurement: Measurement, meter: Meter | None = None) -> None:
         super().__init__(behind, meter, self._keep)
@@ -97,7 +101,10 @@ class TracedProblem(CountedProblem):
         self._started = time.perf_counter()
 
     def _keep(self, x: Array, response: ComplexArray, first: int) -> None:
-        """Keep what is better among points (k, d) SI with these responses, the first of which is evaluation `first`."""
+        """Keep improvements among points (k, d) SI with these responses.
+
+        The first of them is evaluation `first`.
+        """
         self.points += len(x)
         with np.errstate(all="ignore"):  # a response that is not finite is no improvement
             misfits = self._misfit(response)
@@ -110,8 +117,11 @@ class TracedProblem(CountedProblem):
 
 
 def thinned(improvements: Sequence[Improvement], stages: Sequence[Stage]) -> TraceRecord:
-    """The record of a trace: of the improvements of a stage within a step of evaluations and Jacobians (`STEPS_PER_DECADE`)
-    the last, at its own count, so that none is dated too early."""
+    """Record of a trace, thinned to the last improvement within each step of cost.
+
+    Steps are of evaluations and Jacobians (`STEPS_PER_DECADE`), within a stage. Each is kept at its own count, so that
+    none is dated too early.
+    """
     ends = tuple(
         StageRecord(each.name, each.evaluations, each.jacobians, tuple(map(float, each.x)), None, each.on_surrogate)
         for each in stages
@@ -136,7 +146,10 @@ AnyMethod = TypeVar("AnyMethod")
 
 
 def with_counted_surrogate(method: AnyMethod, count: Meter) -> AnyMethod:
-    """Method with counted predictions of its surrogate; unchanged without a surrogate, or with one that is the true model."""
+    """Method with counted predictions of its surrogate.
+
+    Unchanged without a surrogate, or with one that is the true model.
+    """
     surrogate = getattr(method, "surrogate", None)
     counted = _counted(surrogate, count)
     if counted is surrogate:
@@ -147,9 +160,11 @@ def with_counted_surrogate(method: AnyMethod, count: Meter) -> AnyMethod:
 
 
 class _Counted:
-    """Stands before a surrogate or a predictor and counts predictions. The one behind answers everything else, also members
-    of the contract that have a default: hence no subclass of it, though an instance. Surrogates that its methods return are
-    counted too."""
+    """Stands before a surrogate or a predictor and counts predictions.
+
+    The one behind answers everything else, also members of the contract that have a default: hence no subclass of it,
+    though an instance. Surrogates that its methods return are counted too.
+    """
 
     def __init__(self, behind: Any, count: Meter) -> None:
         self.behind = behind

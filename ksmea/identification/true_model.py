@@ -31,8 +31,11 @@ class TrueModel(Predictor):
 
 
 def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> Objective:
-    """The misfit of the true model as an objective, with the Jacobian from the sensitivity where the problem has one;
-    `SettingError` if the model's problem is not seen as the misfit's measurement."""
+    """Misfit of the true model as an objective.
+
+    The Jacobian is from the sensitivity if the problem has one. Raises `SettingError` if the model's problem is not
+    evaluated as the misfit's measurement.
+    """
     require_aligned(model.problem, misfit.measurement)
 
     def residuals(u: Array) -> Array:

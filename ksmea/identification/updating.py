@@ -23,7 +23,9 @@ FAR = 1e3  # from where the tail expectation is taken from its series, which rou
 
 
 def log_expected_improvement(mean: Array, variance: Array, lowest: float) -> Array:
-    """ln E[max(T − Q, 0)] of Q = Σ r_i², r_i ~ N(m_i, v_i) independent, for m and v (k, m) and T > 0 → (k,).
+    """Logarithm of the expected improvement, ln E[max(T − Q, 0)], (k,).
+
+    Q = Σ r_i², r_i ~ N(m_i, v_i) independent, for m and v (k, m) and T > 0.
 
     Below the mean of Q the density is tilted by e^(−sQ) so that its mean is T, and Gaussian then (Daniels 1954,
     doi 10.1214/aoms/1177728652; of quadratic forms: Kuonen 1999, doi 10.1093/biomet/86.4.929):
@@ -48,8 +50,10 @@ def log_expected_improvement(mean: Array, variance: Array, lowest: float) -> Arr
 
 
 def improvement_residual(mean: Array, variance: Array, lowest: float) -> Array:
-    """√(ln T − ln E), (k, 1): a residual whose square is least where the expected improvement is largest. E is below T, as no
-    misfit is below 0; a prediction that is not a number stays one."""
+    """√(ln T − ln E), (k, 1): a residual whose square is least where the expected improvement is largest.
+
+    E is below T, as no misfit is below 0; a prediction that is not a number stays one.
+    """
     lowest = max(lowest, LEAST)
     shortfall = np.log(lowest) - log_expected_improvement(mean, variance, lowest)
     return np.asarray(np.sqrt(np.maximum(shortfall, 0.0))[:, None])
@@ -67,8 +71,11 @@ def _log_tail(squared: Array, variance: Array, lowest: float) -> Array:
 
 
 def _tilt(squared: Array, variance: Array, lowest: float) -> Array:
-    """s ≥ 0 with K′(−s) = Σ v/(1 + 2sv) + m²/(1 + 2sv)² = T, (k,), by Newton's method on K′^(−1/2), which is straight where one
-    term rules and concave else: steps from s = 0 never pass the root."""
+    """Tilt s ≥ 0 with K′(−s) = Σ v/(1 + 2sv) + m²/(1 + 2sv)² = T, (k,).
+
+    It is found by Newton's method on K′^(−1/2), which is straight if one term rules and concave otherwise: steps from s
+    = 0 never pass the root.
+    """
     tilt = np.zeros(len(squared))
     for _ in range(STEPS):
         shrunk = 1.0 + 2.0 * tilt[:, None] * variance

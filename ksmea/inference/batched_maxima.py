@@ -1,4 +1,6 @@
-"""Maximisation of many likelihoods as one batch, by the same damped Fisher scoring as `ksmea.inference.maximisation`.
+"""Maximisation of many likelihoods as one batch, by damped Fisher scoring.
+
+`ksmea.inference.maximisation` has the method.
 
 It is for fits that start near their maxima and whose deviance is wanted to about a hundredth. Deviance, gradient
 and information are defined in `ksmea.likelihood.likelihood` and `ksmea.likelihood.fisher`; derivatives of the response
@@ -22,7 +24,9 @@ STEP = 1e-6  # of differences in the unit cube: rounding takes some 1e-9 of a de
 
 
 class BatchedLikelihood:
-    """The likelihoods of `values` (n_set, n_speed, n_channel), m, with the model, noise and limits of `likelihood`.
+    """Likelihoods of `values` (n_set, n_speed, n_channel), m.
+
+    Model, noise and limits are of `likelihood`.
 
     Every method takes θ (k, p) and the data `sets` (k,) that its rows are compared with.
     """
@@ -102,7 +106,7 @@ LEAST_SCALE = 1e-9  # of the largest: what the data tell nothing of
 
 @dataclass(frozen=True)
 class Fits:
-    """Where fits ended: θ (k, p), the data set of each (k,), the deviance (k,) and the Fisher information near it (k, p, p)."""
+    """Ends of fits: θ (k, p), data set (k,), deviance (k,) and Fisher information near it (k, p, p)."""
 
     theta: Array
     sets: Indices

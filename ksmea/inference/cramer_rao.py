@@ -21,9 +21,11 @@ from ksmea.problem.problem import Problem, joint_values
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Information of data about the unknowns at x (d,), SI, as their whitened sensitivity J (m, d): JᵀJ is the Fisher
-    information. Directions are judged in changes relative to `scale` (d,): the values, or the range of the search for a zero
-    and for an angle."""
+    """Information of data about the unknowns at x (d,), SI, as their whitened sensitivity J (m, d).
+
+    JᵀJ is the Fisher information. Directions are judged in changes relative to `scale` (d,): the values, or the range
+    of the search for a zero and for an angle.
+    """
 
     x: Array
     whitened: Array
@@ -36,8 +38,10 @@ class Identifiability:
 
     @property
     def crlb(self) -> Array:
-        """Cramér–Rao lower bound, 1 σ: the smallest standard deviation (d,) of an unbiased estimate, SI; infinite if most of it
-        comes from directions that the data do not determine."""
+        """Cramér–Rao lower bound, 1 σ: the smallest standard deviation (d,) of an unbiased estimate, SI.
+
+        Infinite if most of it comes from directions that the data do not determine.
+        """
         singular, directions = self._spectrum
         weighted = (directions / self._floored(singular)[:, None]) ** 2
         known = singular > UNKNOWABLE * singular[0]
@@ -79,7 +83,10 @@ class Identifiability:
 
     @property
     def _spectrum(self) -> tuple[Array, Array]:
-        """Singular values (d,), falling, and directions (d, d) by rows, of the sensitivity to relative changes."""
+        """Singular values (d,), falling, and directions (d, d) by rows, of relative sensitivities.
+
+        These are to relative changes of the unknowns.
+        """
         scaled = self.whitened * self._scale
         missing = max(0, scaled.shape[1] - len(scaled))  # fewer data than unknowns tell nothing in some directions
         _, singular, directions = np.linalg.svd(np.pad(scaled, ((0, missing), (0, 0))), full_matrices=False)
@@ -96,7 +103,9 @@ def identifiability(
     beside: Array | None = None,
     exact: Collection[str] = (),
 ) -> Identifiability:
-    """Information of data of a kind ('amplitude' or 'complex') with this noise about the unknowns at x (d,), SI.
+    """Information of data about the unknowns at x (d,), SI.
+
+    The data are of a kind ('amplitude' or 'complex') with this noise.
 
     If the noise level is not known, the relative part and the floor of the noise are nuisance parameters. Numbers of the problem
     that are known to a tolerance are nuisance parameters as well, except for names in `exact`. `beside` are
@@ -117,8 +126,10 @@ def identifiability(
 
 
 def joint_sensitivity(joint: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True) -> Array:
-    """J (m, k) of data and priors, 1/SI: of all unknowns of a joint problem at x (d,) SI, then of the noise if its level is not
-    known."""
+    """J (m, k) of data and priors, 1/SI.
+
+    Columns are all unknowns of a joint problem at x (d,) SI, then the noise if its level is not known.
+    """
     parameters = joint.parameters
     response, slope = Model(joint).linearise(parameters.to_cube(x))
     per_width, observable = slope / parameters.width, Observable(kind)

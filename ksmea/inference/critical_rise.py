@@ -1,4 +1,6 @@
-"""How far the deviance may rise within an interval: the quantile of what it is higher at the truth than at its minimum.
+"""Critical rise of the deviance within an interval.
+
+It is the quantile of the excess of the deviance at the true values over its minimum.
 
 Around one maximum the rise is χ² with one degree of freedom, or, if the noise is also estimated, n ln(1 + F/(n − d)) with
 F(1, n − d) from n residuals and d unknowns, which is exact for a linear model.
@@ -44,7 +46,10 @@ HIGHEST = 100.0  # rise that is looked for
 
 
 def critical_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point] = ()) -> float:
-    """The rise of the deviance at the ends of an interval of confidence `level`; `maxima` are all that are known, best first."""
+    """The rise of the deviance at the ends of an interval of confidence `level`.
+
+    `maxima` are all that are known, best first.
+    """
     alone = linear_rise(likelihood, level)
     excess = _excess(likelihood, maxima)
 
@@ -71,8 +76,10 @@ def _tail(likelihood: Likelihood, rise: Array) -> Array:
 
 
 def _excess(likelihood: Likelihood, maxima: Sequence[Point]) -> Array:
-    """Excess of the deviance of the first of some maxima over the best, in noise realisations (n,), were the first the
-    truth's."""
+    """Excess of the deviance of the first maximum over the best, in noise realisations (n,).
+
+    The first is assumed to belong to the true values.
+    """
     if len(maxima) < 2:
         return np.zeros(1)
     differences = _differences(likelihood, *maxima)  # (n_other, m)
@@ -105,17 +112,22 @@ MAX_ROUNDS = 3  # of fits, each from where an unknown that was held led lower th
 
 
 def can_be_simulated(likelihood: Likelihood) -> bool:
-    """Whether data can be simulated and fitted some thousand times: not if differences between runs are compared, if there are no
-    residual degrees of freedom, if responses may be costly, as without a sensitivity or for new values of some
-    unknowns, or if some unknowns have priors."""
+    """Whether data can be simulated and fitted some thousand times.
+
+    Not if differences between runs are compared, if there are no residual degrees of freedom, if responses may be
+    costly, as without a sensitivity or for new values of some unknowns, or if some unknowns have priors.
+    """
     problem = likelihood.model.problem
     is_cheap = problem.has_sensitivity and not (len(problem.costly) or len(problem.parameters.with_prior))
     return is_cheap and likelihood.n_residual > likelihood.d and not likelihood.measurement.is_by_differences
 
 
 def simulated_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point], rng: np.random.Generator) -> Array:
-    """The rise of the deviance at the ends of intervals of confidence `level`, by maximum and unknown (n, d), of the n maxima,
-    highest first, that are within `REACH` of the highest; `LinAlgError` where a fit meets no finite response."""
+    """Rise of the deviance at the ends of intervals of confidence `level`, by maximum and unknown.
+
+    It is (n, d), of the n maxima, highest first, that are within `REACH` of the highest. Raises `LinAlgError` if a fit
+    meets no finite response.
+    """
     near = [point for point in maxima if point.deviance < maxima[0].deviance + REACH]
     normal = scipy.stats.norm.ppf(sobol(N_SIMULATED, likelihood.n_residual, rng))
     factors = [_factor(likelihood, min(level, HIGHEST_LEVEL), point, maxima, normal) for point in near]
@@ -123,8 +135,9 @@ def simulated_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point]
 
 
 def _factor(likelihood: Likelihood, level: float, point: Point, maxima: Sequence[Point], normal: Array) -> Array:
-    """Ratio of the quantiles of the rises (d,), for data simulated at one of some maxima from normal numbers (n_set, n),
-    to the quantiles of a linear model.
+    """Ratio (d,) of the quantiles of the rises to the quantiles of a linear model.
+
+    Data are simulated at one of some maxima from normal numbers (n_set, n).
 
     At a maximum near a search limit rises are smaller than at the values inside for which the interval is to hold: there it is 1
     at least.
@@ -145,8 +158,10 @@ def _factor(likelihood: Likelihood, level: float, point: Point, maxima: Sequence
 
 
 def _is_near_limit(likelihood: Likelihood, theta: Array, tangent: Array, rise: float) -> bool:
-    """Whether the interval of any unknown at θ (p,) reaches its limit, were the means linear with a tangent (n, d); an angle that
-    is free to turn has none."""
+    """Whether the interval of any unknown at θ (p,) reaches its limit.
+
+    The means are taken as linear with a tangent (n, d). An angle that is free to turn has no limit.
+    """
     u, has_limit = theta[: likelihood.d], np.isinf(likelihood.period[: likelihood.d])
     away = np.minimum(u, 1 - u) * np.linalg.norm(_own(tangent), axis=0)
     return bool(np.any(away[has_limit] < np.sqrt(rise)))
@@ -160,8 +175,10 @@ def _unbiased(likelihood: Likelihood, point: Point) -> Array:
 
 
 def _simulated(likelihood: Likelihood, theta: Array, noise: Array) -> Array | ComplexArray:
-    """Data (n_set, n_speed, n_channel) at θ (p,) with noise (n_set, n) in units of its standard deviation, as rows of the
-    information have it."""
+    """Simulated data (n_set, n_speed, n_channel) at θ (p,) with noise (n_set, n).
+
+    Noise is in units of its standard deviation, as rows of the information.
+    """
     response = likelihood.model.response(theta[None, : likelihood.d])[0]
     sd = likelihood.noise(theta).sd(np.abs(response))
     shape = (len(noise), *response.shape)
@@ -172,7 +189,10 @@ def _simulated(likelihood: Likelihood, theta: Array, noise: Array) -> Array | Co
 
 
 def linear_rises(likelihood: Likelihood, tangent: Array, noise: Array) -> Array:
-    """The rises (d, n_set) for noise (n_set, n) in units of its standard deviation, were the means linear with a tangent (n, d)."""
+    """Rises (d, n_set) for noise (n_set, n), with means taken as linear with a tangent (n, d).
+
+    Noise is in units of its standard deviation.
+    """
     directions, own = span(tangent), _own(tangent)
     left = np.sum(noise**2, axis=1) - np.sum((noise @ directions) ** 2, axis=1)
     squared = (noise @ own).T ** 2 / np.maximum(np.sum(own**2, axis=0), np.finfo(float).tiny)[:, None]
@@ -180,14 +200,18 @@ def linear_rises(likelihood: Likelihood, tangent: Array, noise: Array) -> Array:
 
 
 def _own(tangent: Array) -> Array:
-    """Part of each column of a tangent (n, d) orthogonal to the other columns; its length is 1 / sd of the unknown."""
+    """Part of each column of a tangent (n, d) orthogonal to the other columns.
+
+    Its length is 1 / sd of the unknown.
+    """
     parts = [projected(tangent[:, [index]], np.delete(tangent, index, axis=1)) for index in range(tangent.shape[1])]
     return np.concatenate(parts, axis=1)
 
 
 def simulated_rises(likelihood: BatchedLikelihood, starts: Array, truth: Array, d: int, negligible: float) -> Array:
-    """How much higher the deviance of each data set is where one of d unknowns has its value of the `truth` (p,) than where it is
-    lowest, (d, n_set): by fits from `starts` (k, p). Rises below `negligible` are upper bounds.
+    """Excess of each data set's deviance with an unknown at its `truth` over the lowest, (d, n_set).
+
+    `truth` is (p,). Fits start from `starts` (k, p). Rises below `negligible` are upper bounds.
 
     The unknown is held in fits from the truth, and from every maximum from which they can end lower than what is known. If one
     of them ends lower than all maxima, the next round starts there.
@@ -220,8 +244,10 @@ def simulated_rises(likelihood: BatchedLikelihood, starts: Array, truth: Array, 
 
 
 def _held(likelihood: BatchedLikelihood, fits: Fits, unknown: Indices, value: Array) -> Array:
-    """Where fits (k,) go on from with an `unknown` (k,) held at a `value` (k,), θ (k, p): the others as they are, or along the
-    tangent of the profile where that is better."""
+    """Starts θ (k, p) of fits (k,) with an `unknown` (k,) held at a `value` (k,).
+
+    Other unknowns are as they are, or along the tangent of the profile if that is better.
+    """
     own = np.arange(fits.theta.shape[1]) == unknown[:, None]
     straight = np.where(own, value[:, None], fits.theta)
     step = (value - fits.theta[own])[:, None] * fits.tangents(unknown)

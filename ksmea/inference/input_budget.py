@@ -1,4 +1,6 @@
-"""Uncertainty budget of a joint fit: how much of each unknown's variance comes from noise and how much from each uncertain number.
+"""Uncertainty budget of a joint fit.
+
+How much of each unknown's variance comes from noise and how much from each uncertain number.
 
 Around the maximum the model is linear: with M = JᵀJ + P the information of data and priors, P diagonal, an estimate is off by
 M⁻¹(Jᵀε − P δ), ε standard normal noise and δ the true deviations of the numbers from their statements. Its variance M⁻¹ is the sum of
@@ -25,8 +27,11 @@ LEVEL = 0.01  # chance of a contradiction anywhere where all statements hold
 
 @dataclass(frozen=True)
 class InputBudget:
-    """At a maximum, in the unit cube: the standard deviations (n_prior,) of the numbers, their pulls, and by unknown (d,) the standard
-    deviation by noise and by each number (d, n_prior)."""
+    """Contributions of noise and numbers to the uncertainty of unknowns, at a maximum, in the unit cube.
+
+    The standard deviations (n_prior,) of the numbers, their pulls, and by unknown (d,) the standard deviation by noise
+    and by each number (d, n_prior).
+    """
 
     sd: Array
     pull: Array
@@ -64,8 +69,11 @@ def input_budget(point: Point, parameters: Parameters) -> InputBudget:
 
 
 def by_noise_and_inputs(whitened: Array, d: int, columns: Indices, stated: Array) -> tuple[Array, Array, Array]:
-    """Standard deviations of the first d unknowns of J (m, k) by noise (d,) and by each prior (d, n_prior), and of the numbers with
-    priors themselves (n_prior,). `columns` and `stated` (n_prior,) are the places and standard deviations of the priors."""
+    """Standard deviations of the first d unknowns of J (m, k) by noise and by each prior.
+
+    They are (d,) and (d, n_prior); numbers with priors have (n_prior,). `columns` and `stated`
+    (n_prior,) are the places and standard deviations of the priors.
+    """
     covariance = _covariance(whitened)
     by_input = covariance[:d, columns] / stated
     by_noise = np.sqrt(np.maximum(np.diag(covariance)[:d] - np.sum(by_input**2, axis=1), 0.0))

@@ -57,7 +57,9 @@ class Interval:
 
 @dataclass(frozen=True)
 class Estimate:
-    """The maximum of the likelihood nearest to an identified point, x (d,) SI, with an interval per unknown.
+    """Maximum of the likelihood nearest to an identified point, with an interval per unknown.
+
+    It is x (d,), SI.
 
     `point` is the maximum, `noise` the known level, or the estimated one corrected for the degrees of freedom that the
     fit took.
@@ -74,8 +76,9 @@ class Estimate:
 
 
 class _Profile:
-    """The root of the rise of the deviance above the lowest along one unknown, which is a straight line around the best maximum
-    where the model is linear.
+    """Root of the rise of the deviance above the lowest along one unknown.
+
+    It is a straight line around the best maximum if the model is linear.
 
     Each point is maximised from the nearest one that is known, the others following along the tangent at the maximum,
     or where that leads up steeply, out of a curved valley, along the secant of the two nearest known ones. An angle that
@@ -94,7 +97,7 @@ class _Profile:
         self._settled: set[float] = set()
 
     def root(self, value: float) -> float:
-        """√(D − D̂) at this value of the unknown, minimised over all others; infinite if the model has no response."""
+        """Root √(D − D̂) at this value, minimised over all others; infinite without a response."""
         if value not in self._known:
             theta, higher = self._predicted(value)
             self._known[value] = self._maximised(theta) if np.isfinite(higher) else None
@@ -169,7 +172,7 @@ class _EvaluationsSpent(BudgetSpent):
 
 
 class _Limited:
-    """A likelihood that may be evaluated `most` times, a Jacobian counting as one; `_EvaluationsSpent` beyond."""
+    """Likelihood for at most `most` evaluations and Jacobians, with `_EvaluationsSpent` beyond."""
 
     def __init__(self, behind: Maximised, most: float) -> None:
         self._behind, self._left = behind, most
@@ -217,9 +220,10 @@ def estimate(
     profiled: Iterable[int] | None = None,
     workers: Workers = ALONE,
 ) -> Estimate:
-    """Intervals of confidence `level` around a maximum of the likelihood and `others` that are known. They belong to the
-    highest of these and of any that a profile meets. `rises` (n_maximum, d) of the deviance are given for each maximum and
-    unknown. Default: the critical rise.
+    """Intervals of confidence `level` around a maximum of the likelihood and `others` that are known.
+
+    They belong to the highest of these and of any that a profile meets. `rises` (n_maximum, d) of the deviance are
+    given for each maximum and unknown. Default: the critical rise.
 
     Without `check`, for unknowns that are not `profiled`, and if a profile cannot be computed, the information at the maximum is
     used, without further evaluations of the model. Workers share the intervals.
@@ -247,9 +251,12 @@ def checked_intervals(
     workers: Workers = ALONE,
     profiled: Iterable[int] | None = None,
 ) -> tuple[Point, list[Interval] | None]:
-    """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rises`
-    (n_maximum, d); none if profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed.
-    One that is found takes the largest rises of all."""
+    """Best of some maxima and the intervals in the unit cube.
+
+    In them the deviance of each unknown rises by less than `rises` (n_maximum, d). Empty if profile after profile finds
+    a higher maximum, so uneven is the likelihood, or one cannot be computed. A newly found one takes the largest rises
+    of all.
+    """
     for _ in range(MOST_MOVES if _jumps(likelihood) else MAX_MOVES):
         best = distinct(likelihood, maxima)
         rises = np.array([next(rise for rise, point in zip(rises, maxima) if point is one) for one in best])
@@ -273,8 +280,10 @@ def checked_intervals(
 
 
 def _joined(likelihood: Maximised, maxima: Sequence[Point], rises: Array, index: int) -> Interval:
-    """The interval of one unknown in the unit cube around the best of some maxima, best first, and all that are likely enough:
-    in which the deviance rises by less than those (n_maximum, d)."""
+    """Interval of one unknown around the best of some maxima and all that are likely enough.
+
+    It is in the unit cube. Maxima are in order, best first; the deviance rises by less than (n_maximum, d).
+    """
     lowest = maxima[0].deviance
     limited = _Limited(likelihood, MOST_EVALUATIONS if _jumps(likelihood) else np.inf)
     best, *others = (
@@ -296,8 +305,11 @@ def _joined(likelihood: Maximised, maxima: Sequence[Point], rises: Array, index:
 
 
 def _checked(likelihood: _Limited, maximum: Point, index: int, rise: float, lowest: float) -> Interval:
-    """Interval of one unknown in the unit cube around one maximum, its ends checked or computed on the profile: values at which the
-    deviance is `rise` above the lowest. If no evaluations remain for that, the information is used."""
+    """Interval of one unknown around one maximum, its ends checked or computed on the profile.
+
+    It is in the unit cube. At its ends the deviance is `rise` above the lowest. If no evaluations remain for that, the
+    information is used.
+    """
     profile = _Profile(likelihood, maximum, index, lowest)
     try:
         return _on_profile(profile, maximum, rise, lowest)
@@ -327,8 +339,7 @@ def _basis(low: float, high: float) -> str:
 
 
 def _end(profile: _Profile, wanted: float, sign: int) -> float:
-    """Value at which the profile reaches the wanted root between its maximum and the lower (−1) or upper (1) limit; infinite if it
-    does not."""
+    """Value at which the profile reaches the root at its lower (−1) or upper (1) side, or infinity."""
     limit = profile.limits[sign > 0]
     width = min(wanted * profile.sd, abs(limit - profile.start))
     inner, reach = profile.start, width
@@ -351,8 +362,7 @@ def _end(profile: _Profile, wanted: float, sign: int) -> float:
 
 
 def _tangent(likelihood: Maximised, maximum: Point, index: int) -> tuple[float, Array]:
-    """Standard deviation of one unknown, and how the others move with it along the profile (p,), from the information.
-    Unknowns on a limit stay there."""
+    """Standard deviation of one unknown, and the slope of the others along the profile (p,)."""
     theta = maximum.theta
     free = (theta > likelihood.lower) & (theta < likelihood.upper)
     free[index] = True

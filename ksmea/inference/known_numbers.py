@@ -1,4 +1,6 @@
-"""Numbers of a model that are known to a tolerance, in the choice of data to add: nuisance with a prior.
+"""Numbers of a model that are known to a tolerance, in the choice of data to add.
+
+Nuisance with a prior.
 
 Their columns stand behind the unknowns and the parameters of the noise. Priors are present data, which no addition repeats.
 A number that one addition alone sees, such as the gain of an added probe, is noise of its data: with G their sensitivity to
@@ -21,7 +23,10 @@ from ksmea.problem.problem import Problem
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers known to a tolerance, in the order of their columns; `values` (SI) by name, if they are not as stated."""
+    """Numbers known to a tolerance, in the order of their columns.
+
+    `values` (SI) by name, if they are not as stated.
+    """
 
     items: tuple[Parameter, ...] = ()
     values: Mapping[str, float] = field(default_factory=dict)
@@ -57,14 +62,20 @@ class Numbers:
 
 
 def prior_data(parameters: Parameters, numbers: Numbers, n_column: int) -> Array:
-    """Priors of unknowns, the first columns, and of numbers, the last ones, as data rows (n_prior, n_column)."""
+    """Priors of unknowns and numbers as data rows (n_prior, n_column).
+
+    Unknowns are the first columns, numbers the last ones.
+    """
     rows = prior_rows(Parameters((*parameters, *numbers.items)), len(parameters) + len(numbers))
     return np.insert(rows, [len(parameters)] * (n_column - rows.shape[1]), 0.0, axis=1)
 
 
 def own_numbers_as_noise(blocks: Sequence[Array], sd: Array) -> tuple[list[Array], Indices]:
-    """Additions as data rows (m, k), their last columns being numbers with standard deviations `sd` (n,): numbers that one
-    addition alone sees become its noise and lose their columns. Second, the indices of all numbers that several see."""
+    """Additions as data rows (m, k), their last columns being numbers with standard deviations `sd` (n,).
+
+    Numbers that one addition alone sees become its noise and lose their columns. Second, the indices of all numbers
+    that several see.
+    """
     start = blocks[0].shape[1] - len(sd)
     seen = np.array([np.any(block[:, start:] != 0, axis=0) for block in blocks])
     shared = np.flatnonzero(np.sum(seen, axis=0) > 1)
@@ -78,7 +89,9 @@ def own_numbers_as_noise(blocks: Sequence[Array], sd: Array) -> tuple[list[Array
 
 
 def with_noise(rows: Array, columns: Array) -> Array:
-    """Data rows (m, k) with further noise of unit variance along each of the columns C (m, n): (I + C Cᵀ)^(−1/2) rows.
+    """Data rows (m, k) with further noise of unit variance along each of the columns C (m, n).
+
+    The rows are multiplied by (I + C Cᵀ)^(−1/2).
 
     >>> with_noise(np.array([[2.0], [1.0]]), np.array([[np.sqrt(3)], [0.0]])).tolist()  # of variance 1 + 3, and of 1
     [[1.0], [1.0]]

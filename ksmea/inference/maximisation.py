@@ -141,7 +141,10 @@ def promised(likelihood: Maximised, point: Point) -> float:
 
 
 def _comes_below(ceiling: float, passed: Sequence[float], left: int) -> bool:
-    """Whether deviances that were passed lead below a ceiling in the iterations that are left, at the pace of the last ones."""
+    """Whether passed deviances lead below a ceiling in the remaining iterations.
+
+    The pace of the last ones counts.
+    """
     if len(passed) <= PATIENCE:
         return True
     pace = (passed[-1 - PATIENCE] - passed[-1]) / PATIENCE
@@ -159,9 +162,13 @@ def best_maxima(
     below: float = np.inf,
     reach: float = np.inf,
 ) -> list[Point]:
-    """Different maxima of the likelihood, highest first: a few iterations from every start θ, and the best points that
-    they lead to, `survivors` at most, to the end, by `last_iterations` more at most. Where all have a deviance above `ceiling`, the best point that was met.
-    Searches that do not come `below` a deviance, or within `reach` of the best one before them, are given up on the way."""
+    """Different maxima of the likelihood, highest first.
+
+    A few iterations start from every θ; the best points, `survivors` at most, are continued to the end, by
+    `last_iterations` more at most. If all have a deviance above `ceiling`, the best point that was met is returned.
+    Searches that do not come `below` a deviance, or within `reach` of the best one before them, are given up on the
+    way.
+    """
     useful = min(ceiling, below)
     first = [
         maximise(likelihood, theta, max_iterations=first_iterations, tolerance=1e-2, ceiling=useful) for theta in starts
@@ -178,7 +185,10 @@ def best_maxima(
 
 
 def distinct(likelihood: Maximised, maxima: Sequence[Point]) -> list[Point]:
-    """Different ones of these maxima, highest first: two are the same where the deviances are, and the data see no difference."""
+    """Different ones of these maxima, highest first.
+
+    Two are equal if their deviances are, and the data see no difference.
+    """
     found: list[Point] = []
     for point in sorted(maxima, key=lambda each: each.deviance):
         if not any(_is_same(likelihood, point, other) for other in found):
@@ -201,9 +211,11 @@ def _from(likelihood: Maximised, point: Point, theta: Array) -> Array:
 
 
 def is_in_valley(likelihood: Maximised, point: Point, theta: Array) -> bool:
-    """Whether θ (p,) is taken to lie in the valley of a maximum, so that a search from there would end where it is: the deviance
-    rises from the maximum to the middle of the way and to θ as the parabola around it says. Two evaluations cannot prove that; a valley
-    next to would have to rise alike."""
+    """Whether θ (p,) is taken to lie in the valley of a maximum, so that a search would end there.
+
+    The deviance rises from the maximum to the middle of the way and to θ like the parabola around it. Two evaluations
+    cannot prove that; a neighbouring valley would have to rise alike.
+    """
     way = _from(likelihood, point, theta)
     for part in (0.5, 1.0):
         step = part * way
@@ -215,8 +227,10 @@ def is_in_valley(likelihood: Maximised, point: Point, theta: Array) -> bool:
 
 
 def _bend(likelihood: Maximised, point: Point, free: Mask, damping: float, step: Array) -> Array:
-    """How a step (p,) must bend to stay in a curved valley; nothing where that is nearly the step itself, or
-    unknown."""
+    """Bend of a step (p,) that keeps it in a curved valley.
+
+    None if it is nearly the step itself, or unknown.
+    """
     try:
         curvature = likelihood.curvature(point, step)
     except np.linalg.LinAlgError:  # no finite response there
@@ -228,7 +242,7 @@ def _bend(likelihood: Maximised, point: Point, free: Mask, damping: float, step:
 
 
 def _step(likelihood: Maximised, point: Point, free: Mask, damping: float, gradient: Array) -> tuple[Array, float]:
-    """The step (p,) that lowers the quadratic model of the deviance most within the limits, and by how much."""
+    """Step (p,) that lowers the quadratic model of the deviance most within the limits, and the decrease."""
     if not np.any(free):
         return np.zeros(len(free)), 0.0
     sensitivity, gradient = point.triangle[:, free], gradient[free]
@@ -267,8 +281,10 @@ def _bounded(triangle: Array, target: Array, best: Array, lower: Array, upper: A
 
 
 def with_best_noise(likelihood: Likelihood, best: Point) -> Point:
-    """A maximum, or a higher one to which its unknowns lead with another level of the noise: floor or none, the data often allow
-    both."""
+    """A maximum, or a higher one to which its unknowns lead with another level of the noise.
+
+    Floor or none, the data often allow both.
+    """
     with suppress(BudgetSpent):
         for start in likelihood.other_noise(best.theta):
             again = maximise(likelihood, start)
@@ -277,5 +293,8 @@ def with_best_noise(likelihood: Likelihood, best: Point) -> Point:
 
 
 def nearest_maximum(likelihood: Likelihood, u: Array) -> Point:
-    """The maximum of the likelihood nearest to u (d,); of several that differ in the noise alone, the highest."""
+    """The maximum of the likelihood nearest to u (d,).
+
+    Of several maxima that differ in the noise alone, it is the highest.
+    """
     return with_best_noise(likelihood, maximise(likelihood, likelihood.start(u)))

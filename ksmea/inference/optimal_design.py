@@ -50,7 +50,10 @@ MAX_PASSES = 100
 
 @dataclass(frozen=True)
 class Criterion:
-    """log det of the information about the unknowns `targets` (their indices), if all others are also fitted."""
+    """Criterion log det of the information about the unknowns `targets`.
+
+    They are indices; all other unknowns are also fitted.
+    """
 
     targets: tuple[int, ...]
 
@@ -66,16 +69,19 @@ class Criterion:
         return _log_det(regular) - _log_det(regular[..., others, :][..., others])
 
     def reduction_pct(self, before: Array, after: Array) -> Array:
-        """By how many per cent the CRLB falls between two informations (…, k, k), the prior counted; of several
-        unknowns, the geometric mean of the half axes of their confidence ellipsoid."""
+        """Decrease in per cent of the CRLB between two informations (…, k, k), the prior counted.
+
+        For several unknowns it is of the geometric mean of the half axes of their confidence ellipsoid.
+        """
         return -100 * np.expm1((self.value(before) - self.value(after)) / (2 * len(self.targets)))
 
 
 def data_rows(
     problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True, numbers: Numbers | None = None
 ) -> Array:
-    """Whitened sensitivities (n_part, n_speed, n_channel, k) of the data that a problem would give at x (d,), SI: the
-    sum of their squares over any of the data is these data's information.
+    """Whitened sensitivities (n_part, n_speed, n_channel, k) of the data of a problem at x (d,), SI.
+
+    The sum of their squares over any of the data is these data's information.
 
     The parts are the means and the variances. The k columns are the unknowns, the noise's relative part and its floor if its
     level is not known, and `numbers`, 0 if the problem lacks them. Default: all that the problem has.
@@ -104,9 +110,11 @@ def crlb(rows: Array, n_unknown: int) -> Array:
 
 
 def mean_axis_reduction_pct(before: Array, after: Array, n_unknown: int) -> float:
-    """By how many per cent the half axes of the unknowns' confidence ellipsoid, their geometric mean, fall between two
-    sets of data rows (m, k), without any prior. Axes that neither knows are left out: the sets must know equally
-    many."""
+    """Decrease in per cent of the mean half axis of the unknowns' confidence ellipsoid.
+
+    It is their geometric mean, between two sets of data rows (m, k), without any prior. Axes that neither knows are
+    left out: the sets must know equally many.
+    """
     singular = [np.linalg.svd(of_unknowns(rows, n_unknown), compute_uv=False) for rows in (before, after)]
     n_known = min(int(np.sum(values > UNKNOWABLE * values[0])) for values in singular)
     if not n_known:

@@ -70,7 +70,10 @@ class DifferenceLikelihood(Likelihood):
         return super().log_density(theta) - 0.5 * float(np.sum(reference))
 
     def left(self, theta: Array, response: ComplexArray) -> ComplexArray:
-        """Residuals of a response (n_speed, n_channel) without the part common to all runs, in units of the noise."""
+        """Residuals of a response (n_speed, n_channel) without the part common to all runs.
+
+        They are in units of the noise.
+        """
         variance = self._variance(theta, response)
         return self._left(-self._residual(response), variance) / np.sqrt(variance)
 
@@ -110,8 +113,10 @@ class DifferenceLikelihood(Likelihood):
         return self._amplitude, squared * self._spread(counts / np.maximum(counts - 1, 1))[:, None]
 
     def _whitened_noise(self, variance: Array, slopes: Array) -> Array:
-        """Rows of J (m, k) that the levels of the noise show in: with M what W leaves and A = diag(∂V / V), the information is
-        n/2 tr(M A M A')."""
+        """Rows of J (m, k) in which the levels of the noise show.
+
+        With M the part that W keeps and A = diag(∂V / V), the information is n/2 tr(M A M A').
+        """
         if not slopes.shape[-1]:
             return np.empty((0, 0))
         rows = []

@@ -1,4 +1,6 @@
-"""Fisher information of data with Gaussian noise, as whitened sensitivities J with JᵀJ the information; `LikelihoodPoint`.
+"""Fisher information of data with Gaussian noise, as whitened sensitivities J (`LikelihoodPoint`).
+
+JᵀJ is the information.
 
 For a datum with mean μ(x) and variance s²(|μ|) = (relative · |μ|)² + floor² the information about parameters i, j is
 
@@ -34,7 +36,7 @@ def whitened_sensitivity(
 ) -> Array:
     """J (m, d) of data with this response (n_speed, n_channel) and sensitivity (n_speed, n_channel, d).
 
-    Where the noise's level is not known, two columns follow, of ln relative and ln floor: (m, d + 2); two for each run where
+    If the noise level is not known, two columns follow, of ln relative and ln floor: (m, d + 2); two for each run if
     runs have noise of their own.
     """
     magnitude = np.abs(response)
@@ -49,8 +51,10 @@ def whitened_sensitivity(
 
 
 def whitened_noise_sensitivity(magnitude: Array, noise: Noise, observable: Observable) -> Array:
-    """The columns (m, 2 n_level) that ln relative and ln floor of each level have in J: they show in the variances alone.
-    `magnitude` (n_speed, n_channel), m."""
+    """The columns (m, 2 n_level) that ln relative and ln floor of each level have in J.
+
+    They show in the variances alone. `magnitude` (n_speed, n_channel), m.
+    """
     parts = noise_variance_slopes(magnitude, noise) / noise.sd(magnitude)[..., None] ** 2
     return _rows(np.zeros_like(parts), parts, observable)
 
@@ -67,7 +71,10 @@ def noise_variance_slopes(magnitude: Array, noise: Noise) -> Array:
 
 
 def prior_rows(parameters: Parameters, width: int) -> Array:
-    """The rows (n_prior, width) that priors have in J, of unknowns in the unit cube and whatever columns follow them."""
+    """Rows (n_prior, width) of priors in J.
+
+    They are of unknowns in the unit cube and any columns that follow them.
+    """
     columns = parameters.with_prior
     rows = np.zeros((len(columns), width))
     rows[np.arange(len(columns)), columns] = 1 / parameters.priors[1]
@@ -80,8 +87,10 @@ def with_prior_rows(whitened: Array, parameters: Parameters) -> Array:
 
 
 def whitened_difference(response: ComplexArray, other: ComplexArray, noise: Noise, observable: Observable) -> Array:
-    """Difference of two responses (n_speed, n_channel) in units of the noise at the other one, as the rows of J for the
-    means have it."""
+    """Difference of two responses (n_speed, n_channel) in units of the noise at the other one.
+
+    It has the form of the rows of J for the means.
+    """
     difference = observable.seen(response) - observable.seen(other)
     return observable.real_parts((difference / noise.sd(np.abs(other))).ravel())
 
@@ -95,13 +104,18 @@ def projected(whitened: Array, nuisance: Array) -> Array:
 
 
 def of_unknowns(whitened: Array, n_unknown: int) -> Array:
-    """Sensitivities (m, n_unknown) of the first unknowns in J (m, k), projected off the later ones, of the noise."""
+    """Sensitivities (m, n_unknown) of the first unknowns in J (m, k), projected off the noise ones.
+
+    These are the later columns.
+    """
     return projected(whitened[:, :n_unknown], whitened[:, n_unknown:])
 
 
 def span(columns: Array, tolerance: float = UNKNOWABLE) -> Array:
-    """Orthonormal basis (m, r) of the span of columns (m, k), without directions whose singular value is below `tolerance` times the
-    largest."""
+    """Orthonormal basis (m, r) of the span of columns (m, k).
+
+    Directions whose singular value is below `tolerance` times the largest are left out.
+    """
     directions, singular, _ = np.linalg.svd(columns, full_matrices=False)
     return np.asarray(directions[:, singular > tolerance * max(singular[0], np.finfo(float).tiny)])
 
@@ -115,8 +129,7 @@ def _rows(of_mean: Array | ComplexArray, of_variance: Array, observable: Observa
 
 @dataclass(frozen=True)
 class Point:
-    """The likelihood at θ (p,): unknowns in the unit cube (d,), then ln relative and ln floor where they are
-    estimated."""
+    """Likelihood at θ (p,): unknowns in the unit cube (d,), then ln relative and ln floor if estimated."""
 
     theta: Array
     deviance: float
@@ -129,6 +142,8 @@ class Point:
 
     @cached_property
     def triangle(self) -> Array:
-        """R (p, p), upper triangular, with Rᵀ R the Fisher information, to the accuracy of `whitened`; of fewer rows where that has
-        fewer."""
+        """R (p, p), upper triangular, with Rᵀ R the Fisher information, to the accuracy of `whitened`.
+
+        It has fewer rows if `whitened` has.
+        """
         return np.asarray(np.linalg.qr(self.whitened, mode="r"))

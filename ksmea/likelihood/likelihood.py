@@ -48,9 +48,12 @@ BEND = 0.1  # of a step, at which its curvature is measured
 
 
 class Likelihood:
-    """The likelihood of a measurement as a function of θ. Its model counts the evaluations and holds the budget.
+    """The likelihood of a measurement as a function of θ.
 
-    With `stable_only` the deviance is infinite where the rotor is unstable at a measured speed."""
+    Its model counts the evaluations and holds the budget.
+
+    With `stable_only` the deviance is infinite where the rotor is unstable at a measured speed.
+    """
 
     def __init__(self, model: Model, measurement: Measurement, *, stable_only: bool = False) -> None:
         self.case = Case(model.problem, measurement)
@@ -90,8 +93,10 @@ class Likelihood:
 
     @property
     def linearises_at_once(self) -> bool:
-        """Whether to linearise at a point before it is known to be better: if no budget limits evaluations, and a Jacobian costs
-        little more than one."""
+        """Whether to linearise at a point before it is known to be better.
+
+        If no budget limits evaluations, and a Jacobian costs little more than one.
+        """
         return not self._stable_only and self.model.left is None and self.model.problem.linearises_cheaply()
 
     @property
@@ -133,13 +138,18 @@ class Likelihood:
         return np.concatenate([u, self.noise_starts(u)[0]])
 
     def noise_starts(self, u: Array) -> list[Array]:
-        """ln relative and ln floor (2,), of each run that has its own, to start from at u (d,): the values that fit the residuals
-        there best, best without a floor, and best with a floor as large as the small ones among the residuals. A maximum can
-        lie near each."""
+        """ln relative and ln floor (2,), of each run that has its own, to start from at u (d,).
+
+        The values that fit the residuals there best, best without a floor, and best with a floor as large as the small
+        ones among the residuals. A maximum can lie near each.
+        """
         return self._noise_starts(*self._for_noise(u))
 
     def _noise_starts(self, magnitude: Array, squared: Array) -> list[Array]:
-        """Noise starts from the magnitudes that the relative part refers to, and squared residuals (n_speed, n_channel)."""
+        """Starts of the noise from reference magnitudes and squared residuals (n_speed, n_channel).
+
+        The relative part refers to these magnitudes.
+        """
         of_rows = [
             self._starts_of(magnitude[rows].ravel(), squared[rows].ravel(), self._reference_variance[rows].ravel())
             for rows in self.measurement.layout.noise_rows
@@ -147,7 +157,10 @@ class Likelihood:
         return [np.concatenate(parts) for parts in zip(*of_rows, strict=True)]
 
     def _for_noise(self, u: Array) -> tuple[Array, Array]:
-        """Magnitudes that the relative part of the noise refers to, and squared residuals, at u (d,): (n_speed, n_channel) each."""
+        """Magnitudes that the relative part of the noise refers to, and squared residuals, at u (d,).
+
+        Each is (n_speed, n_channel).
+        """
         mean = self.measurement.seen(self.model.response(u[None])[0])
         return np.abs(mean), np.abs(mean - self.measurement.values) ** 2
 
@@ -192,8 +205,10 @@ class Likelihood:
         return self.with_priors(Point(theta, self._deviance(residual, variance), gradient.sum(axis=(0, 1)), whitened))
 
     def deviance(self, theta: Array) -> float:
-        """The deviance at θ, infinite where the model has no finite response, or none that is to be considered: one
-        evaluation of the model."""
+        """Deviance at θ, infinite if the model has no finite or no acceptable response.
+
+        It takes one evaluation of the model.
+        """
         if self._stable_only and not self.is_stable(theta):
             return np.inf
         try:
@@ -204,7 +219,10 @@ class Likelihood:
         return self._deviance(self._residual(response), self._variance(theta, response)) + float(off @ off)
 
     def deviance_of(self, response: ComplexArray) -> float:
-        """The deviance of a response (n_speed, n_channel), m, with the noise level that suits it best, if unknown."""
+        """Deviance of a response (n_speed, n_channel), m.
+
+        If the noise level is unknown, it is the one that suits the response best.
+        """
         residual, magnitude = self._residual(response), np.abs(response)
         if self._known_noise is not None:
             return self._deviance(residual, self._known_noise.variance(magnitude))
@@ -229,14 +247,18 @@ class Likelihood:
         return problem.is_stable(problem.parameters.to_si(theta[: self.d]))
 
     def log_density(self, theta: Array) -> float:
-        """ln L at θ, but for a constant that depends on the number of data alone: between measurements with different
-        noise it can be compared, which the deviance cannot."""
+        """Log density ln L at θ, but for a constant that depends on the number of data alone.
+
+        It can be compared between measurements with different noise, which the deviance cannot.
+        """
         reference = log_term(self._reference_variance, 1.0, self.measurement.kind)
         return -0.5 * (self.deviance(theta) + float(np.sum(reference)))
 
     def curvature(self, point: Point, step: Array) -> Array:
-        """Second derivative along a step (p,) of the mean in units of the noise, (m,) as rows of `whitened` have it:
-        two evaluations of the model."""
+        """Second derivative of the mean along a step (p,) in units of the noise, (m,).
+
+        It has the form of the rows of `whitened` and takes two evaluations of the model.
+        """
         ends = np.stack([point.theta, point.theta + BEND * step])[:, : self.d]
         start, end = self.model.response(ends)
         change = self.whitened_difference(end, start, point.theta)
@@ -245,7 +267,10 @@ class Likelihood:
         return curvature
 
     def whitened_difference(self, response: ComplexArray, other: ComplexArray, theta: Array) -> Array:
-        """Difference of two responses (n_speed, n_channel) in units of the noise, as the rows of `whitened` for the means."""
+        """Difference of two responses (n_speed, n_channel) in units of the noise.
+
+        It has the form of the rows of `whitened` for the means.
+        """
         return whitened_difference(response, other, self.noise(theta), self.measurement.kind)
 
     def left(self, theta: Array, response: ComplexArray) -> Array | ComplexArray:
@@ -253,8 +278,10 @@ class Likelihood:
         return -self._residual(response) / self.noise(theta).sd(np.abs(response))
 
     def without_alike(self, theta: Array, left: Array | ComplexArray) -> Array | ComplexArray:
-        """Residuals (n, n_speed, n_channel) in units of the noise, less the part fitted in addition to the unknowns: here
-        unchanged."""
+        """Residuals (n, n_speed, n_channel) in units of the noise, less the additionally fitted part.
+
+        Here they are unchanged.
+        """
         return left
 
     def alike(self, theta: Array, response: ComplexArray) -> ComplexArray:
@@ -288,7 +315,7 @@ class Likelihood:
 
 
 def noise_limits(values: Array | ComplexArray) -> tuple[Array, Array]:
-    """Lower and upper limits (2,) of ln relative and ln floor where values (n_speed, n_channel) tell the noise."""
+    """Lower and upper limits (2,) of ln relative and ln floor, from values (n_speed, n_channel)."""
     amplitude = np.abs(values)
     floors = FLOOR_RANGE[0] * np.median(amplitude), FLOOR_RANGE[1] * np.max(amplitude)
     return np.log([RELATIVE_RANGE[0], floors[0]]), np.log([RELATIVE_RANGE[1], floors[1]])

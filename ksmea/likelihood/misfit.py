@@ -73,8 +73,10 @@ class Misfit:
         return np.concatenate([deviations, self._root_of_log_term(variance).reshape(len(predicted), -1)], axis=1)
 
     def jacobian(self, response: ComplexArray, sensitivity: ComplexArray) -> Array:
-        """Derivatives (m, d) of the residuals at one complex response (n_speed, n_channel), from its sensitivity
-        (n_speed, n_channel, d)."""
+        """Derivatives (m, d) of the residuals at one complex response (n_speed, n_channel).
+
+        They are from its sensitivity (n_speed, n_channel, d).
+        """
         y, observable = self.measurement.values, self.measurement.kind
         data, d_data = observable.seen(response), observable.seen_sensitivity(response, sensitivity)
         if self.form == "plain":
@@ -145,8 +147,10 @@ class Misfit:
 
     @property
     def _nonzero(self) -> Array | ComplexArray:
-        """The data with zeros replaced by a number whose ratio to any prediction has a logarithm; their weight is
-        zero."""
+        """The data with zeros replaced by a number whose ratio to any prediction has a logarithm.
+
+        Their weight is zero.
+        """
         y = self.measurement.values
         return np.where(y == 0, np.exp(-LARGEST_LOG), y)
 
@@ -156,8 +160,10 @@ class Misfit:
 
     @property
     def _data_sd(self) -> Array:
-        """s(y); infinite, which is not a weight, where y = 0 and the noise has no floor: relative noise says nothing
-        there."""
+        """s(y); infinite, which is not a weight, where y = 0 and the noise has no floor.
+
+        Relative noise says nothing there.
+        """
         sd = np.sqrt(self._variance(self.measurement.values))
         return np.where(sd == 0, np.inf, sd)
 
@@ -204,6 +210,8 @@ def log_term(variance: Array, reference: Array | float, observable: Observable) 
 
 
 def reference_variance(variance: Array, values: Array | ComplexArray) -> Array:
-    """s₀², m², from the variances that measured values suggest; a zero, which has no logarithm, is replaced by the mean
-    square of all values."""
+    """s₀², m², from the variances that measured values suggest.
+
+    A zero, which has no logarithm, is replaced by the mean square of all values.
+    """
     return np.where(variance == 0, np.mean(np.abs(values) ** 2), variance)

@@ -1,4 +1,6 @@
-"""Laws of a located force or moment: a few coefficients (`ksmea.nonlinear.laws`) instead of two complex numbers per speed.
+"""Laws of a located force or moment.
+
+A few coefficients (`ksmea.nonlinear.laws`) instead of two complex numbers per speed.
 
 Coefficients and the model's unknowns are fitted together. A force that is free at each speed fits best, so the excess of a law
 is a test of it, with the difference in numbers as degrees of freedom; laws, also at different sites, compare by BIC. Fits start
@@ -58,8 +60,11 @@ LAWS_OF = {FORCE: tuple(LAWS.values()), MOMENT: tuple(MOMENT_LAWS.values())}
 
 @dataclass(frozen=True)
 class LawFit:
-    """A law fitted at a site together with the unknowns: `p` of leaving no more than the free force, `bic` for comparison
-    with other laws and sites, coefficients (n_coefficient,) SI with their covariance."""
+    """A law fitted at a site together with the unknowns.
+
+    `p` of leaving no more than the free force, `bic` for comparison with other laws and sites, coefficients
+    (n_coefficient,) SI with their covariance.
+    """
 
     law: Law
     site: SiteFit
@@ -97,9 +102,11 @@ class LawTrial:
 
 
 class LawLikelihood(SumOfSquares):
-    """χ² of a model with a law at a site, of unknowns in the unit cube and, behind them, of coefficients in units of `scale`:
-    for `ksmea.inference.maximisation`. Of several steady motions of the site, the one next to `near` (n_speed, 2), m, is
-    taken."""
+    """χ² of a model with a law at a site, for `ksmea.inference.maximisation`.
+
+    Unknowns are in the unit cube, followed by coefficients in units of `scale`. Of several steady-state responses of
+    the site, the one next to `near` (n_speed, 2), m, is taken.
+    """
 
     def __init__(self, site: SiteFit, law: Law, scale: Array, near: ComplexArray | None = None) -> None:
         base = site.likelihood
@@ -143,8 +150,10 @@ class LawLikelihood(SumOfSquares):
         return self._steady(theta, self.near)[:2]
 
     def _steady(self, theta: Array, near: ComplexArray | None) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """Response, force and motion of the site, (n, n_speed, 2) m, next to one (n_speed, 2); the motion is empty,
-        (n, n_speed, 0), for a law that does not follow it."""
+        """Response, force and motion of the site, (n, n_speed, 2) m, next to one (n_speed, 2).
+
+        The motion is empty, (n, n_speed, 0), for a law that does not follow it.
+        """
         u, place = np.unique(
             theta[:, : self.d], axis=0, return_inverse=True
         )  # many points differ in coefficients alone
@@ -160,10 +169,12 @@ class LawLikelihood(SumOfSquares):
 
 
 def fitted_laws(sites: Sequence[SiteFit], noise: Noise, progress: Callable[[], None] = lambda: None) -> list[LawFit]:
-    """Every law of its kind at sites of an unknown force or moment, given in order of their residuals, the lowest BIC first;
-    `noise` is the noise of the location. The first sites of each quantity are tried, then neighbours of the best fit until none
-    is better: if many sites are accepted, the residuals at the site of a law may be no smaller than at others. `progress` is
-    called at each fit."""
+    """Fits of every law of its kind at sites of an unknown force or moment, lowest BIC first.
+
+    Sites are in order of their residuals; `noise` is the noise of the location. The first sites of each quantity are
+    tried, then neighbours of the best fit until none is better: if many sites are accepted, the residuals at the site
+    of a law may be no smaller than at others. `progress` is called at each fit.
+    """
     first = [
         site
         for quantity in LOADS
@@ -208,7 +219,10 @@ def _first_trials(at_sites: Iterable[Sequence[LawTrial]]) -> list[LawTrial]:
 
 
 def _promising(trials: Sequence[LawTrial], *, all_nonlinear: bool = False) -> list[LawTrial]:
-    """The laws that are worth a fit at a site: nonlinear ones that come near, or all where the best law is not linear."""
+    """The laws that are worth a fit at a site.
+
+    Nonlinear ones that come near, or all where the best law is not linear.
+    """
     lowest = min(trial.bic for trial in trials if not isinstance(trial.law, NonlinearLaw))
     return [
         trial
@@ -235,8 +249,10 @@ def _all_fitted(trials: Iterable[LawTrial], noise: Noise, progress: Callable[[],
 
 
 def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
-    """A smooth function of speed at the first sites of an unknown force, each with as many knots as have the lowest BIC; the
-    lowest BIC first. There are at most half as many knots as speeds."""
+    """Smooth functions of speed at the first sites of an unknown force, lowest BIC first.
+
+    Each has as many knots as give the lowest BIC, at most half as many as speeds.
+    """
     found = []
     for site in [site for site in sites if site.unmodelled.quantity == FORCE][:N_SMOOTH]:
         speed = site.likelihood.problem.speed
@@ -247,10 +263,13 @@ def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
 
 
 def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
-    """A law at a site, from where it comes nearest to the free force; None if no fit has a steady motion, or it is a simpler law.
+    """A law at a site, from where it comes nearest to the free force.
+
+    None if no fit has a steady motion, or it is a simpler law.
 
     The weights come from its own response, for the free force that it is compared with too: a free force takes noise along,
-    and with it weights that favour small values."""
+    and with it weights that favour small values.
+    """
     site, law, starts = trial.site, trial.law, trial.starts
     unit = np.array([size for _, _, size in law.coefficients])
     largest = np.max(np.abs([start.coefficients / unit for start in starts]), axis=0)
@@ -296,16 +315,20 @@ def _law_fit(site: SiteFit, likelihood: LawLikelihood, found: Point, noise: Nois
 
 
 def _beyond(site: SiteFit, likelihood: LawLikelihood, deviance: float) -> tuple[float, int]:
-    """Excess of a law's deviance over the free force's, in units of the noise estimated with the free force, and how many
-    fewer numbers the law has."""
+    """Excess of a law's deviance over the free force's, and the number of parameters it saves.
+
+    It is in units of the noise estimated with the free force.
+    """
     free = site.point
     n_more = 2 * free.free.size - len(likelihood.scale) - (likelihood.d - free.n_searched)
     return max(deviance - free.deviance, 0.0) / own_noise(site) ** 2, n_more
 
 
 def chance_beyond_free_force(site: SiteFit, likelihood: LawLikelihood, deviance: float) -> float:
-    """The chance that noise makes a law leave as much beyond the free force as with a deviance: by χ² where the level of the noise is
-    known, else by an F-test."""
+    """The chance that noise makes a law leave as much beyond the free force as with a deviance.
+
+    It is by χ² if the noise level is known, else by an F-test.
+    """
     beyond, n_more = _beyond(site, likelihood, deviance)
     if site.likelihood.measurement.noise is not None:
         return float(scipy.stats.chi2.sf(beyond, n_more))
@@ -313,9 +336,12 @@ def chance_beyond_free_force(site: SiteFit, likelihood: LawLikelihood, deviance:
 
 
 def located_fit(extended: Problem, law: LawFit, plain: SiteFit, before: Fit) -> Fit:
-    """A problem whose last unknowns are the coefficients of a fitted law, fitted; `before` is the fit without them.
+    """A problem whose last unknowns are the coefficients of a fitted law, fitted.
 
-    Raises LinAlgError if no start has a steady motion under the law."""
+    `before` is the fit without them.
+
+    Raises LinAlgError if no start has a steady motion under the law.
+    """
     case = plain.likelihood.case.by(extended)
     found = []
     for fit in (law.site, plain):

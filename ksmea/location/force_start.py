@@ -44,8 +44,10 @@ N_KEPT = 3  # of all, those that fits start from
 
 
 def can_recover(case: Case, position: float) -> bool:
-    """Whether data of a problem tell a force at a position, m, that is free at every speed, as amplitudes do not, and it takes unit
-    loads."""
+    """Whether data of a problem determine a force at a position, m, that is free at every speed.
+
+    Amplitudes do not. The problem must take unit loads.
+    """
     if case.measurement.is_by_differences:  # a free force is of what was read
         return False
     case = case.at_1x()

@@ -34,7 +34,10 @@ class LawStart:
 
 
 def law_starts(site: SiteFit, laws: Iterable[Law]) -> list[list[LawStart]]:
-    """Starts of each law at a site: of the fit there, and of the same with other values of what it does not show."""
+    """Starts of each law at a site.
+
+    They are of the fit there, and of the fit with other values of unknowns that it does not show.
+    """
     recovered = [(each, _recovered(each)) for each in (site, *_others(site))]
     return [[_start(law, *each) for each in recovered] for law in laws]
 
@@ -76,7 +79,10 @@ def nearest_start(site: SiteFit, law: Law) -> LawStart:
 
 
 def _amid_unseen(site: SiteFit) -> SiteFit:
-    """The fit with unknowns that do not show in the middle of their limits: without its size an unbalance has no angle."""
+    """The fit with unknowns that do not show in the middle of their limits.
+
+    An unbalance without its size has no angle.
+    """
     theta = np.where(site.point.shown, site.point.theta, 0.5)
     return SiteFit(site.likelihood, site.likelihood.at(theta))
 
@@ -88,7 +94,10 @@ def _unseen(site: SiteFit) -> Array:
 
 
 def inside(theta: Array, period: Array) -> Array:
-    """Points (…, d) within the limits of the unit cube; unknowns with a period as they come back there, about its middle."""
+    """Points (…, d) within the limits of the unit cube.
+
+    Unknowns with a period as they come back there, about its middle.
+    """
     turn = np.where(np.isfinite(period), period, 1.0)
     turned = 0.5 + (theta - 0.5 + turn / 2) % turn - turn / 2
     return np.clip(np.where(np.isfinite(period), turned, theta), 0.0, 1.0)
@@ -116,7 +125,7 @@ def _recovered(site: SiteFit) -> RecoveredForce:
 
 
 def _start(law: Law, site: SiteFit, recovered: RecoveredForce) -> LawStart:
-    """The coefficients that come nearest to the force as it was recovered, each speed weighed as it is known."""
+    """Coefficients nearest to the force as it was recovered, each speed weighted by its precision."""
     motion, speed = _motion(recovered), site.likelihood.problem.speed
     coefficients, left = _nearest(law, speed, recovered.force[0], np.std(recovered.force[1:], axis=0), motion)
     n_real = 2 * recovered.force[0].size
@@ -125,7 +134,10 @@ def _start(law: Law, site: SiteFit, recovered: RecoveredForce) -> LawStart:
 
 
 def _nearest(law: Law, speed: Array, target: ComplexArray, spread: Array, motion: ComplexArray) -> tuple[Array, float]:
-    """The coefficients that come nearest to a force (n_speed, 2), and the sum of squares that they leave, in units of its spread."""
+    """Coefficients nearest to a force (n_speed, 2), and the remaining sum of squares.
+
+    It is in units of the spread of the force.
+    """
 
     def whitened(coefficients: Array) -> Array:
         """Forces of coefficients (n, n_coefficient), in units of their spread, as real numbers (n, m)."""

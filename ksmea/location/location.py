@@ -1,4 +1,6 @@
-"""Location of something that the model lacks: sites at which an unknown force, moment or reading explains the data.
+"""Location of something that the model lacks.
+
+Sites at which an unknown force, moment or reading explains the data.
 
 1. At each site the model with something unknown there (`unknown_force`) is fitted from several starts, then twice from
    the best unknowns that were found at any site: the fault moves the unknowns of the plain model by far more than the unknowns
@@ -54,7 +56,10 @@ SCREENED_STARTS = 12
 
 @dataclass(frozen=True)
 class Location:
-    """Sites with their fits and tests; `plain` is the model with nothing unknown. `noise` is common to all fits."""
+    """Sites with their fits and tests; `plain` is the model with nothing unknown.
+
+    `noise` is common to all fits.
+    """
 
     sites: tuple[SiteFit, ...]
     qualities: tuple[SiteQuality, ...]
@@ -87,7 +92,7 @@ class Location:
 
     @property
     def is_anywhere(self) -> bool:
-        """Whether something unknown explains the data at most of what was tried, so that no law tells where it acts."""
+        """Whether something unknown explains the data at most sites, so that no law determines its site."""
         return len(self.accepted) > MAX_SHARE * len(self.sites)
 
     def accepts(self, position: float) -> bool:
@@ -110,9 +115,10 @@ def locate(
     n_start: int = 4,
     workers: Workers = ALONE,
 ) -> Location:
-    """Sites tried at each position (m; the problem's sites if empty), or reading plane, for each quantity, each accepted unless it
-    is rejected at `level`. If nothing is accepted anywhere, force and moment together are tried, and forces at two positions if
-    there are enough channels. Workers share the sites.
+    """Sites tried at each position or reading plane for each quantity, each tested at `level`.
+
+    Positions are in m; default: the problem's sites. If nothing is accepted anywhere, force and moment together are
+    tried, and forces at two positions if there are enough channels. Workers share the sites.
 
     Raises `SettingError` if there are too few data to test the fit once the unknown quantity is eliminated.
     """
@@ -136,8 +142,10 @@ def locate(
 
 
 def require_enough(problem: Problem, kind: str) -> None:
-    """Raise `SettingError` if data of a kind, at a problem's speeds and channels, could not distinguish an unknown force from
-    anything else; the message states what would be enough."""
+    """Raise `SettingError` if data are too few to distinguish an unknown force from other causes.
+
+    They are of a kind, at a problem's speeds and channels. The message states what would be enough.
+    """
     if not problem.takes_loads:
         problem.load_response(np.empty((0, len(problem.parameters))), ())
     if got := missing_to_locate(problem, kind):
@@ -148,8 +156,10 @@ def require_enough(problem: Problem, kind: str) -> None:
 
 
 def missing_to_locate(problem: Problem, kind: str) -> str:
-    """Deficit of data of a kind, at a problem's speeds and channels, that keeps them from distinguishing an unknown force from
-    anything else; empty if the data are enough."""
+    """Deficit of data that keeps them from distinguishing an unknown force from other causes.
+
+    They are of a kind, at a problem's speeds and channels. Empty if the data are enough.
+    """
     if not problem.takes_loads:
         return "a problem that takes no loads"
     n_channel = len(problem.channels)
@@ -165,13 +175,18 @@ def missing_to_locate(problem: Problem, kind: str) -> str:
 
 
 def leaves_enough(problem: Problem, n_free: int) -> bool:
-    """Whether complex data leave more than twice as many real numbers as there are unknowns, once `n_free` complex ones are
-    eliminated at each speed."""
+    """Whether enough real numbers remain once `n_free` complex ones are eliminated at each speed.
+
+    Enough is more than twice as many as there are unknowns, of complex data.
+    """
     return 2 * (len(problem.channels) - n_free) * len(problem.speed) > 2 * len(problem.parameters)
 
 
 def candidates(problem: Problem, quantities: Sequence[str], positions: Array) -> list[Unmodelled]:
-    """Unknown quantities to try: loads at positions, readings at planes, if enough channels remain to test them."""
+    """Unknown quantities to try: loads at positions, readings at planes.
+
+    Enough channels must remain to test them.
+    """
     planes = dict.fromkeys(channel.position for channel in problem.channels)
     found = [
         Unmodelled(quantity, float(position))
@@ -203,7 +218,10 @@ def _each_site(function: Callable[[SiteFit], SiteFit], fits: Sequence[SiteFit], 
 def _fits(
     case: Case, tried: Sequence[Unmodelled], rng: np.random.Generator, n_start: int, workers: Workers
 ) -> list[SiteFit]:
-    """Each fitted with weights from the data, from starts all over the box and from the best that others found."""
+    """Fits of each quantity with weights from the data.
+
+    They start all over the box and from the best that others found.
+    """
     magnitude = np.abs(case.measurement.values)
     sd = np.hypot(magnitude, FIRST_FLOOR * np.median(magnitude))
     likelihoods = [ProjectedLikelihood(case, unmodelled, sd) for unmodelled in tried]
@@ -234,8 +252,11 @@ def _searched_from(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.in
 
 
 def _starts(case: Case, unmodelled: Unmodelled, rng: np.random.Generator, n_start: int) -> Array:
-    """Points (n, d) of the unit cube. With a free load any points will do: it absorbs the resonances, and with them the narrow
-    basins. Without one, as with a free reading, there are as many basins as in the plain model, so that points are screened for."""
+    """Points (n, d) of the unit cube.
+
+    With a free load any points will do: it absorbs the resonances, and with them the narrow basins. Without one, as
+    with a free reading, there are as many basins as in the plain model, so that points are screened for.
+    """
     problem, measurement = case.problem, case.measurement
     if unmodelled.loads:
         return sobol(n_start, len(problem.parameters), rng)
@@ -256,7 +277,7 @@ def _as_stated(case: Case) -> Case:
 
 
 def _with_inputs(fit: SiteFit, case: Case) -> SiteFit:
-    """A fit with numbers as stated, continued as a joint fit with these numbers, known to their tolerances."""
+    """Fit with numbers as stated, continued as a joint fit with these numbers known to their tolerances."""
     parameters = case.problem.parameters
     theta = parameters.to_cube(np.array([item.stated for item in parameters]))
     theta[parameters.own] = fit.point.theta
@@ -265,7 +286,10 @@ def _with_inputs(fit: SiteFit, case: Case) -> SiteFit:
 
 
 def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array, ceiling: float = np.inf) -> SiteFit:
-    """The best of the maxima that starts lead to; where all leave more than `ceiling`, the best point on the way."""
+    """The best of the maxima that starts lead to.
+
+    If all leave more than `ceiling`, it is the best point on the way.
+    """
     best, *_ = best_maxima(
         likelihood, list(starts), first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS, ceiling=ceiling
     )
@@ -278,15 +302,19 @@ def _reweighted(fit: SiteFit, noise: Noise, reference: SiteFit) -> SiteFit:
 
 
 def refitted(fit: SiteFit, sd: Array, *starts: Array) -> SiteFit:
-    """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts. What is rejected
-    anyway needs no maximum."""
+    """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts.
+
+    Sites that are rejected anyway need no maximum.
+    """
     ceiling = HOPELESS * fit.point.n_left
     return _searched_from(_best(fit.likelihood.with_sd(sd), [fit.point.theta], ceiling), starts, ceiling)
 
 
 def _settled(fit: SiteFit) -> SiteFit:
-    """The fit with unknowns that the data do not show, as an unbalance at the very site, where they leave the least to what
-    is free there: χ² does not depend on them."""
+    """Fit with unknowns that the data do not determine set to leave least to the free quantity.
+
+    An unbalance at the very site is such an unknown: χ² does not depend on it.
+    """
     likelihood, point = fit.likelihood, fit.point
     hidden = ~point.shown
     if not np.any(hidden):

@@ -36,9 +36,11 @@ WHIRLS = ("forward", "backward")
 
 @dataclass(frozen=True)
 class RecoveredForce:
-    """The force (1 + n_draw, n_speed, k), N or N m, or the reading, m: the estimate first, then the draws. `columns` has
-    direction and unit of each of the k. `motion` (1 + n_draw, n_speed, 2) is the motion of its site in x and y, m, if it
-    is a force; `speed` (n_speed,) rad/s."""
+    """The force (1 + n_draw, n_speed, k), N or N m, or the reading, m: the estimate first, then the draws.
+
+    `columns` has direction and unit of each of the k. `motion` (1 + n_draw, n_speed, 2) is the motion of its site in x
+    and y, m, if it is a force; `speed` (n_speed,) rad/s.
+    """
 
     force: ComplexArray
     columns: tuple[tuple[str, str], ...]
@@ -70,16 +72,20 @@ class RecoveredForce:
 
     @property
     def dynamic_stiffness(self) -> ComplexArray | None:
-        """−f/q in x, y, forward and backward, (1 + n_draw, n_speed, 4) N/m: what the force amounts to where it follows
-        the motion of its site in that direction alone."""
+        """−f/q in x, y, forward and backward, (1 + n_draw, n_speed, 4) N/m.
+
+        It is the equivalent of the force if it follows the motion of its site in that direction alone.
+        """
         return None if self.motion is None else np.asarray(-self.parts / with_whirl(self.motion))
 
     @property
     def coherence(self) -> Array | None:
-        """How nearly the force is a dynamic stiffness times the motion, in x, y, forward and backward, (4,): 1 if it is so
-        at all speeds, 0 if it does not follow at all. The stiffness may be any complex parabola over speed, as a spring,
-        a damper and a mass make one; each speed weighs as the force is known there, and what is noise in it counts on
-        neither side."""
+        """Coherence of the force with a dynamic stiffness times the motion, in four directions, (4,).
+
+        They are x, y, forward and backward. 1 if it is so at all speeds, 0 if it does not follow at all. The stiffness
+        may be any complex parabola over speed, as a spring, a damper and a mass make one; each speed weighs as the
+        force is known there, and what is noise in it counts on neither side.
+        """
         if self.motion is None:
             return None
         motion, spread = with_whirl(self.motion)[0], np.std(self.parts[1:], axis=0)
@@ -87,7 +93,10 @@ class RecoveredForce:
 
 
 def recovered_force(fit: SiteFit, rng: np.random.Generator, n_draw: int = N_DRAW) -> RecoveredForce:
-    """Unknown quantity at a site, as fitted, and draws of it. If the noise is not known, it is as large as the site's residuals."""
+    """Unknown quantity at a site, as fitted, and draws of it.
+
+    If the noise is not known, it is as large as the site's residuals.
+    """
     point, sd = fit.point, fit.likelihood.sd[..., None]
     adjoint = np.conj(np.swapaxes(point.basis, 1, 2))
     solve = np.linalg.inv(adjoint @ (point.columns / sd)) @ adjoint  # Ã⁺ (n_speed, k, n_channel)
@@ -102,8 +111,11 @@ def recovered_force(fit: SiteFit, rng: np.random.Generator, n_draw: int = N_DRAW
 
 
 def unknowns_drawn(fit: SiteFit, rng: np.random.Generator, n_draw: int) -> Array:
-    """By how much the unknowns in the unit cube may be off, (n_draw, d), also beyond a limit that one lies on: held there it
-    would lend the force its certainty. Those that the data do not show stay."""
+    """Draws (n_draw, d) of the errors of the unknowns in the unit cube.
+
+    They go beyond a limit that an unknown lies on: held there it would lend the force its certainty. Unknowns that the
+    data do not determine stay.
+    """
     whitened, moves = fit.point.whitened, fit.point.shown
     drawn = np.zeros((n_draw, fit.likelihood.d))
     triangle = np.linalg.qr(whitened[:, moves], mode="r")
@@ -136,7 +148,10 @@ def _followed(speed: Array, force: ComplexArray, motion: ComplexArray, spread: A
 
 
 def _motion(fit: SiteFit, moved: Array, free: ComplexArray) -> ComplexArray | None:
-    """The motion of a force's site in x and y as fitted, with the unknowns moved by (n, d) and the force by (n, n_speed, k)."""
+    """Motion of a force's site in x and y as fitted, with perturbed unknowns and force.
+
+    The perturbations are (n, d) and (n, n_speed, k).
+    """
     unmodelled, problem, theta = fit.unmodelled, fit.likelihood.problem, fit.point.theta
     if unmodelled.quantity != FORCE:
         return None
@@ -150,9 +165,12 @@ def _motion(fit: SiteFit, moved: Array, free: ComplexArray) -> ComplexArray | No
 
 
 def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
-    """An interval of confidence `level` for each unknown, SI. If the noise is not known, its level is taken from this site's own
-    residuals, whatever other sites need: the quantile is of the F distribution. Unknowns that the data do not show there are
-    `UNSEEN`. Intervals of a model that is far from the data are not checked."""
+    """An interval of confidence `level` for each unknown, SI.
+
+    If the noise is not known, its level is taken from this site's own residuals, whatever other sites need: the
+    quantile is of the F distribution. Unknowns that the data do not show there are `UNSEEN`. Intervals of a model that
+    is far from the data are not checked.
+    """
     if fit.likelihood.measurement.noise is None:
         likelihood = fit.likelihood.with_sd(own_noise(fit) * fit.likelihood.sd)
         rise = float(scipy.stats.f.ppf(level, 1, fit.point.n_left))

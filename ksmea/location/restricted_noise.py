@@ -1,4 +1,6 @@
-"""The noise level of data of which free numbers have taken a part at each speed: restricted maximum likelihood.
+"""The noise level of data of which free numbers have taken a part at each speed.
+
+Restricted maximum likelihood.
 
 With residuals r = y − q, what columns A (n_channel, k) can explain is free and says nothing of the noise. The n_channel − k
 contrasts that A leaves have, with S = diag(s²), s² = (relative · |μ|)² + floor² and μ the fitted response, the deviance
@@ -29,9 +31,10 @@ def restricted_noise(
 ) -> Noise:
     """Relative part and floor of the noise by restricted maximum likelihood.
 
-    From residuals (n_speed, n_channel), columns (n_speed, n_channel, k), the fitted response (n_speed, n_channel)
-    and measured values, all m. Both parts are corrected for `n_fitted` unknowns, or a share of them, that were also
-    estimated."""
+    It is estimated from residuals (n_speed, n_channel), columns (n_speed, n_channel, k), the fitted response (n_speed,
+    n_channel) and measured values, all m. Both parts are corrected for `n_fitted` unknowns, or a share of them, that
+    were also estimated.
+    """
     magnitude = np.abs(response)
 
     def restricted_deviance(logarithms: Array) -> float:

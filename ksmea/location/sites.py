@@ -69,8 +69,10 @@ def site_qualities(
 
 
 def _sampled(point: ProjectedPoint, measurement: Measurement, noise: ComplexArray, off_priors: Array) -> Array:
-    """Statistics (1 + n_simulated, n_statistic) of what a site leaves of the data, and would of noise (n_speed, n_channel,
-    n_simulated), with deviations from priors (n_simulated, n_prior)."""
+    """Statistics (1 + n_simulated, n_statistic) of the residuals at a site, of data and simulated noise.
+
+    Noise is (n_speed, n_channel, n_simulated), deviations from priors (n_simulated, n_prior).
+    """
     left = np.moveaxis(without(point.basis, noise), -1, 0)
     real = measurement.kind.real_parts(left.reshape(len(left), -1), axis=1)
     tangent = span(point.whitened)
@@ -99,8 +101,10 @@ Pair = tuple[int, int]  # indices of positions, the first one smaller
 
 
 def fitted_pairs(positions: Array, fitted: Callable[[Sequence[Unmodelled]], list[SiteFit]]) -> list[SiteFit]:
-    """The best fits of two forces at pairs of positions (m, rising): of all pairs of a grid, and around the best ones of those
-    that are half as far apart, down to neighbours."""
+    """The best fits of two forces at pairs of positions (m, rising).
+
+    All pairs of a grid are tried, then pairs half as far apart around the best ones, down to neighbours.
+    """
     step = max(int(np.ceil((len(positions) - 1) / (N_COARSE - 1))), 1)
     grid = sorted({*range(0, len(positions), step), len(positions) - 1})
     found: dict[Pair, SiteFit] = {}

@@ -1,4 +1,6 @@
-"""A model with something unknown in it that is free at every speed: a force at a site, a moment, or a reading at a plane.
+"""A model with something unknown in it that is free at every speed.
+
+A force at a site, a moment, or a reading at a plane.
 
 At one speed, with y (n_channel,) the measured response and q(x) the response of the model with unknowns x,
 
@@ -44,9 +46,12 @@ LEAST_KEPT = 1e-6
 
 @dataclass(frozen=True)
 class Unmodelled:
-    """Quantity (one of `QUANTITIES`) at a position (m) that the model lacks; if it is None, nothing is missing.
+    """Quantity (one of `QUANTITIES`) at a position (m) that the model lacks.
 
-    A pair of forces also acts at a second position."""
+    If it is None, nothing is missing.
+
+    A pair of forces also acts at a second position.
+    """
 
     quantity: str | None = None
     position: float = 0.0
@@ -176,8 +181,10 @@ class SumOfSquares(ABC):
 
 
 class ProjectedLikelihood(SumOfSquares):
-    """χ² of r as a function of the unknowns in the unit cube, the noise s (n_speed, n_channel) being held: what
-    `ksmea.inference.maximisation` can maximise as it does a likelihood."""
+    """χ² of r as a function of the unknowns in the unit cube, the noise s (n_speed, n_channel) being held.
+
+    `ksmea.inference.maximisation` maximises it like a likelihood.
+    """
 
     def __init__(self, case: Case, unmodelled: Unmodelled, sd: Array) -> None:
         problem = case.problem

@@ -1,4 +1,7 @@
-"""Names of the module that stood at `ksmea.measurement` come from `ksmea.measurement.measurement` for one release. Shorter than 40 lines: it only forwards."""
+"""Forwarded names of the module that was `ksmea.measurement`, for one release.
+
+They come from `ksmea.measurement.measurement`. Shorter than 40 lines: it only forwards.
+"""
 
 from typing import Any
 

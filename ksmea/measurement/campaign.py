@@ -1,4 +1,6 @@
-"""Campaign: several runs of one machine, such as one without and one with a trial weight, measured by the same probes.
+"""Campaign: several runs of one machine, measured by the same probes.
+
+An example is one without and one with a trial weight.
 
 A measurement of a campaign has the speeds of its runs one after the other. A run is named in one word: `bare`, or the known weights
 on the shaft, `150@0.2@30`: size (g mm), position from the left end (m) and angle (degrees, 0 if it is left out), with @ between;
@@ -41,8 +43,10 @@ def shared_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class Weight:
-    """A known unbalance (kg m) on the shaft at a position (m). Its angle (rad) counts from the same mark as the angles of the
-    model's unbalance, towards the direction of rotation."""
+    """A known unbalance (kg m) on the shaft at a position (m).
+
+    Its angle (rad) counts from the same mark as the angles of the model's unbalance, towards the direction of rotation.
+    """
 
     position: float
     magnitude: float
@@ -55,7 +59,7 @@ class Weight:
 
 @dataclass(frozen=True)
 class WeightUnit:
-    """The unit that a file has weights in: a mass times a length (oz in), or a mass at a `radius` (g at 120 mm).
+    """Unit of weights in a file: a mass times a length (oz in), or a mass at a `radius` (g at 120 mm).
 
     Weights may also be masses at one radius that is not stated, or in a unit of the user's own (washers): then `scale` names what
     all weights of the plane share, and `si` is any size, which balancing without a rotor model does not need.
@@ -72,8 +76,11 @@ class WeightUnit:
 
 @dataclass(frozen=True)
 class Holes:
-    """Where weights can be put on in a plane: angles (rad), numbers from 1 of the occupied ones, the `most` that one
-    takes, and the available sizes: multiples of a `step`, or some `sizes` (kg m); neither: any size."""
+    """Holes of a plane for weights.
+
+    Angles (rad), numbers from 1 of the occupied ones, the `most` that one takes, and the available sizes: multiples of
+    a `step`, or some `sizes` (kg m); neither: any size.
+    """
 
     angles: tuple[float, ...]
     occupied: tuple[int, ...] = ()
@@ -84,7 +91,7 @@ class Holes:
 
 @dataclass(frozen=True)
 class Plane:
-    """A balancing plane at a position (m), the unit of its weights, and its holes (None: weights go anywhere)."""
+    """Balancing plane: position (m), unit of its weights, and holes (None: weights go anywhere)."""
 
     position: float
     unit: WeightUnit = WeightUnit()
@@ -93,8 +100,10 @@ class Plane:
 
 @dataclass(frozen=True)
 class UnknownWeight:
-    """An unbalance of unknown size and angle at a position (m): its components lie within ± `at_most` (kg m; None: the
-    largest unbalance that the model may have)."""
+    """An unbalance of unknown size and angle at a position (m).
+
+    Its components lie within ± `at_most` (kg m; None: the largest unbalance that the model may have).
+    """
 
     position: float
     at_most: float | None = None
@@ -105,8 +114,11 @@ class UnknownWeight:
 
 @dataclass(frozen=True)
 class Run:
-    """One run: how many speeds it has, and the weights that the shaft carried. `direction`: one of `RUN_DIRECTIONS`, or nothing.
-    `history`: the course of its speed; None if not known, or in steady states."""
+    """One run: how many speeds it has, and the weights that the shaft carried.
+
+    `direction`: one of `RUN_DIRECTIONS`, or nothing. `history`: the course of its speed; None if not known, or in
+    steady states.
+    """
 
     name: str
     n_speed: int
@@ -126,7 +138,10 @@ class Run:
 
 
 def weight_names(run: str, number: int) -> tuple[str, str]:
-    """The two components of an unknown weight of a run, counted from 1: weight_x@trial, the second is weight2_x@trial."""
+    """The two components of an unknown weight of a run, counted from 1.
+
+    Weight_x@trial, the second is weight2_x@trial.
+    """
     which = "" if number == 1 else str(number)
     return own_name(f"weight{which}_x", run), own_name(f"weight{which}_y", run)
 
@@ -142,9 +157,12 @@ def is_weight(name: str) -> bool:
 
 @dataclass(frozen=True)
 class Campaign:
-    """The runs in the order of their speeds, and the unknowns of which each run has its own; all others are shared. With
-    `own_noise` each run has noise of its own level, if that is estimated. With a `reference`, the name of a run, only how the
-    others differ from it counts. `planes` says more of planes than their weights do."""
+    """The runs in the order of their speeds, and the unknowns of which each run has its own.
+
+    All others are shared. With `own_noise` each run has noise of its own level, if that is estimated. With a
+    `reference`, the name of a run, only how the others differ from it counts. `planes` says more of planes than their
+    weights do.
+    """
 
     runs: tuple[Run, ...]
     own: tuple[str, ...] = ()

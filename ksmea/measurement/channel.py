@@ -1,4 +1,4 @@
-"""One probe channel: position, direction, and the multiple of the speed of rotation that it measures.
+"""Probe channel: position, direction, and the multiple of the speed of rotation that it measures.
 
 A direction is x, y, or an angle in degrees from x towards y, the sense in which the shaft turns: a probe at θ reads the motion
 cos θ x + sin θ y. It is a text, so that x and y stay what files and records call them; every other direction has one name, its
@@ -67,8 +67,17 @@ def cosines(direction: str) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Channel:
-    """One probe: where along the shaft it looks (m) and in which direction. Its response q is that at `harmonic` times the
-    speed of rotation, Re(q e^{ihΩt}): 1 is 1X, 2 is 2X, 0.5 is ½X.
+    """Probe at a position of the shaft, with its direction and harmonic.
+
+    Its response q is that at `harmonic` times the speed of rotation, Re(q e^{ihΩt}).
+
+    Args:
+        position: position along the shaft, m.
+        direction: "x", "y", or degrees from x towards y as a text, such as "45".
+        harmonic: multiple h of the speed of rotation; 1 is 1X, 2 is 2X, 0.5 is ½X.
+
+    Raises:
+        SettingError: the direction is not one, or the harmonic is not above 0.
 
     >>> print(Channel(0.1, "x"), Channel(0.1, "x", 2.0), Channel(0.1, "-45"), sep=", ")
     x at 0.1 m, 2X x at 0.1 m, -45° at 0.1 m
@@ -87,11 +96,12 @@ class Channel:
 
     @property
     def is_1x(self) -> bool:
+        """Whether it measures at the speed of rotation."""
         return self.harmonic == 1
 
     @property
     def angle(self) -> float:
-        """Degrees from x towards y."""
+        """Direction, degrees from x towards y."""
         return degrees_of(self.direction)
 
     @property
@@ -106,7 +116,11 @@ class Channel:
         return complex(along_x, -along_y)
 
     def is_parallel_to(self, other: Channel) -> bool:
-        """Whether both read the same motion, or one the negative of the other."""
+        """Whether both read the same motion, or one the negative of the other.
+
+        Args:
+            other: another channel.
+        """
         across = (self.angle - other.angle) % HALF_TURN
         return min(across, HALF_TURN - across) * DEGREE < 1e-6 * TURN
 

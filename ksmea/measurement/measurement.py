@@ -1,4 +1,7 @@
-"""Measured amplitudes or complex responses over speed and channels, with their noise model; never the true values."""
+"""Measured amplitudes or complex responses over speed and channels, with their noise model.
+
+Never the true values.
+"""
 
 from __future__ import annotations
 
@@ -29,10 +32,16 @@ KINDS = OBSERVABLES  # name in plugins, for one release
 
 @dataclass(frozen=True)
 class Layout:
-    """Speeds, channels and kind (one of `OBSERVABLES`) of a measurement, without its values.
+    """Speeds, channels and observable of a measurement, without its values.
 
-    `phase_known` says whether the phase origin is known. `locations` gives the place of each channel in its source, for
-    messages; empty if that has no meaning. `campaign` has the runs that the speeds belong to; None: one run.
+    Args:
+        speed: spin speeds (n_speed,), rad/s.
+        channels: probes.
+        kind: one of `OBSERVABLES`.
+        source: file or other source, for messages.
+        phase_known: whether the phase origin is known.
+        locations: place of each channel in its source, for messages; empty if that has no meaning.
+        campaign: runs that the speeds belong to. Default: None, one run.
     """
 
     speed: Array  # (n_speed,) rad/s
@@ -66,15 +75,32 @@ class Layout:
 
 @dataclass(frozen=True, repr=False)
 class Measurement:
-    """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s).
+    """Measured amplitudes or complex responses over speed and channels, with their noise model.
 
-    `noise` is None if its level is not known. `phase_known` is false if phases were measured from an unknown origin:
-    the angle of the whole response is then one more unknown. Values at other harmonics than 1X need a phase: an
-    amplitude of noise alone is never 0, and a Gaussian likelihood takes it for a response (docs/diagnosis.md).
+    Values at other harmonics than 1X need a phase: an amplitude of noise alone is never 0, and a Gaussian likelihood takes it for a
+    response (docs/diagnosis.md).
 
-    Speeds of several runs follow one another in the order of `campaign`; None: one run. `history` is the speed history
-    of a single run; None if it is unknown or the states are steady. `time` (n_speed,) is the time of each speed, s from
-    any origin; None if unknown. `notation` is the notation of the file.
+    Args:
+        speed: spin speeds (n_speed,), rad/s. Speeds of several runs follow one another in the order of `campaign`.
+        channels: probes.
+        values: values (n_speed, n_channel), m 0-peak: real amplitudes, or complex responses q of Re(q e^{iΩt}).
+        noise: standard deviations. None: the level is not known.
+        source: file or other source, for messages.
+        phase_known: False if phases were measured from an unknown origin: the angle of the whole response is then one more
+            unknown.
+        campaign: runs. Default: None, one run.
+        history: speed history of a single run. Default: None, unknown or steady states.
+        time: time of each speed (n_speed,), s from any origin. Default: None, unknown.
+        notation: notation of the file.
+
+    Raises:
+        SettingError: shapes do not fit each other, values are not finite, or amplitudes are given at other harmonics than 1X.
+
+    >>> import ksmea
+    >>> probe = ksmea.Channel(0.1, "x")
+    >>> data = Measurement(np.array([100.0, 200.0]), (probe,), np.array([[1e-6], [3e-6]]), ksmea.Noise(0.05, 0.0), "by hand")
+    >>> data.to_frame()["amplitude_um_0pk"].tolist()
+    [1.0, 3.0]
     """
 
     speed: Array
@@ -118,8 +144,12 @@ class Measurement:
             )
 
     def to_frame(self) -> pd.DataFrame:
-        """A row for each speed and channel, with the columns of a measurement file: rpm, µm 0-peak, degrees. Columns `run`,
-        `phase_lead_deg`, `sigma_um`, `time_s` and `harmonic` only if the data have them."""
+        """Table with the columns of a measurement file, one row per speed and channel.
+
+        Returns:
+            Speed in rpm, position in m, amplitude in µm 0-peak. Columns `run`, `phase_lead_deg`, `sigma_um`, `time_s` and
+            `harmonic` only if the data have them.
+        """
         import pandas as pd  # here, as a run without tables takes less time than this import
 
         columns: dict[str, Array] = {}
@@ -153,7 +183,11 @@ class Measurement:
         )
 
     def by_run(self, noise: Noise) -> tuple[tuple[str, float, float], ...]:
-        """Name, relative part and floor (m) of each run, of noise that has levels of its own for each."""
+        """Name, relative part and floor (m) of each run, if each has noise levels of its own.
+
+        Args:
+            noise: noise of this measurement.
+        """
         names = [run.name for run in self.campaign.runs] if noise.rows and self.campaign else []
         return tuple((name, *level) for name, level in zip(names, noise.levels))
 
@@ -164,10 +198,12 @@ class Measurement:
 
     @property
     def kind(self) -> Observable:
+        """Observable: amplitude or complex."""
         return Observable.COMPLEX if np.iscomplexobj(self.values) else Observable.AMPLITUDE
 
     @property
     def is_amplitude(self) -> bool:
+        """Whether the values are amplitudes without phase."""
         return self.kind is Observable.AMPLITUDE
 
     @property
@@ -191,7 +227,11 @@ class Measurement:
         return self.layout.breaks
 
     def part(self, indices: Indices) -> Measurement:
-        """The measurement at some of its speeds, by rising index."""
+        """Measurement at some of its speeds.
+
+        Args:
+            indices: rising indices of speeds.
+        """
         return dataclasses.replace(
             self,
             speed=self.speed[indices],
@@ -202,7 +242,11 @@ class Measurement:
         )
 
     def through(self, kept: Sequence[int]) -> Measurement:
-        """The measurement by some of its channels, by index."""
+        """Measurement by some of its channels.
+
+        Args:
+            kept: indices of channels.
+        """
         noise = self.noise
         if noise is not None and np.ndim(noise.floor) and np.shape(noise.floor)[1] == len(self.channels):
             noise = dataclasses.replace(noise, floor=np.asarray(noise.floor)[:, kept])
@@ -215,15 +259,19 @@ class Measurement:
         return self.kind.dimensions
 
     def seen(self, response: ComplexArray) -> Array | ComplexArray:
-        """Observable part of a complex response, without noise: all of it, or its amplitude."""
+        """Observable part of a complex response, without noise: all of it, or its amplitude.
+
+        Args:
+            response: complex response (n_speed, n_channel), m.
+        """
         return self.kind.seen(response)
 
 
 def observe(response: ComplexArray, kind: str, noise: Noise, rng: np.random.Generator) -> Array | ComplexArray:
     """Noisy data (n_speed, n_channel) of a kind ('amplitude' or 'complex') of a response, m.
 
-    Amplitude noise that would make an amplitude negative is folded back: no instrument shows one. Both kinds draw
-    the same numbers from `rng`, so that they differ in kind only.
+    Amplitude noise that would make an amplitude negative is folded back: no instrument shows one. Both kinds draw equal numbers
+    from `rng`, so that they differ in kind only.
     """
     first, second = rng.standard_normal((2, *response.shape))
     amplitude = np.abs(response)

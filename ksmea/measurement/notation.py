@@ -1,4 +1,6 @@
-"""Notation of a measurement's own file: units, detection, sign of phases and names of probes. Data stay SI, 0-peak and lead.
+"""Notation of a measurement's own file: units, detection, sign of phases and names of probes.
+
+Data stay SI, 0-peak and lead.
 
 In words it is `mil_pp,lag,rpm`, and at the head of a file that `import` writes `shown as: mil_pp,lag,rpm; 3X = x at 0.1 m`.
 """

@@ -16,7 +16,10 @@ LARGEST_LOG = 230.0  # ln of 1e100: logarithms of amplitudes are cut there
 
 
 class Observable(StrEnum):
-    """Observable of a measurement: `Observable("complex")` is made from a setting, and is equal to its name."""
+    """Observable of a measurement.
+
+    `Observable("complex")` is made from a setting, and is equal to its name.
+    """
 
     AMPLITUDE = "amplitude"
     COMPLEX = "complex"
@@ -39,8 +42,10 @@ class Observable(StrEnum):
         return amplitude_sensitivity(response, sensitivity) if self is Observable.AMPLITUDE else sensitivity
 
     def real_parts(self, deviation: Array | ComplexArray, axis: int = 0) -> Array:
-        """Deviations in units of the noise as real numbers of unit variance, `dimensions` times as many along an axis:
-        a complex deviation of unit variance has half of it in each part.
+        """Deviations in units of the noise as real numbers of unit variance.
+
+        There are `dimensions` times as many along an axis: a complex deviation of unit variance has half of it in each
+        part.
 
         >>> Observable.COMPLEX.real_parts(np.array([3 + 4j])) / np.sqrt(2)
         array([3., 4.])
@@ -51,6 +56,9 @@ class Observable(StrEnum):
 
 
 def amplitude_sensitivity(response: ComplexArray, sensitivity: ComplexArray) -> Array:
-    """Derivatives (…, d) of |q| from the response q (…) and its derivatives (…, d): Re(q* ∂q) / |q|, 0 where q is."""
+    """Derivatives (…, d) of |q| from the response q (…) and its derivatives (…, d).
+
+    Re(q* ∂q) / |q|, 0 where q is.
+    """
     amplitude = np.abs(response)[..., None]
     return np.asarray((np.conj(response)[..., None] * sensitivity).real / np.where(amplitude == 0, 1.0, amplitude))

@@ -18,7 +18,9 @@ COMMON_SPEED = (
 
 
 def equal_speeds(speed: Array, tolerance: float = SAME_SPEED) -> list[Indices]:
-    """Indices of speeds (n_speed,) that are the same within a relative tolerance of the lowest of them, by rising speed.
+    """Indices of speeds (n_speed,) that are equal within a relative tolerance, by rising speed.
+
+    The tolerance is relative to the lowest of them.
 
     >>> equal_speeds(np.array([2.0, 1.0, 2.0]))
     [array([1]), array([0, 2])]
@@ -34,7 +36,9 @@ def equal_speeds(speed: Array, tolerance: float = SAME_SPEED) -> list[Indices]:
 
 
 def common_speeds(speed: Array, rows: Sequence[slice]) -> Indices:
-    """Indices, rising, of the speeds (n_speed,) that all runs have, each run at its rows, within `COMMON_SPEED`.
+    """Rising indices of the speeds (n_speed,) that all runs have, within `COMMON_SPEED`.
+
+    Each run is at its rows.
 
     >>> common_speeds(np.array([1.0, 2.0, 2.0, 3.0]), [slice(0, 2), slice(2, 4)])
     array([1, 2])

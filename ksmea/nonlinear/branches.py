@@ -44,8 +44,11 @@ class Branches:
 
 
 def branches(balance: Balance, largest: Array, only_first: Mask | None = None) -> Branches:
-    """All steady motions on the curves from rest, of points whose motion cannot be larger than `largest` (n,), m; `only_first` (n,)
-    says where the first one is enough, which is stable."""
+    """All steady-state motions on the curves from rest.
+
+    They are of points whose motion cannot be larger than `largest` (n,), m. `only_first` (n,) marks points for which
+    the first one is enough, which is stable.
+    """
     level = _linear_up_to(balance)
     only_first = np.zeros(len(level), dtype=bool) if only_first is None else only_first
     motion = level[:, None] * balance.alone
@@ -111,8 +114,11 @@ def _scale(motion: Array, level: Array) -> Array:
 
 
 def _tangent(balance: Balance, motion: Array, level: Array, last: Array) -> Array:
-    """Unit tangents (n, p + 1), in these units, that point onwards: with them below the derivatives of the equations the determinant
-    is above zero, as at rest, all along the curve. `last` are those a step before."""
+    """Unit tangents (n, p + 1), in these units, that point onwards.
+
+    With the derivatives of the equations above them the determinant is above zero, as at rest, all along the curve.
+    `last` are the tangents a step before.
+    """
     _, by_motion = balance.left(motion, level)
     rows = np.concatenate([by_motion, -balance.alone[..., None]], axis=2) * _scale(motion, level)[:, None]
     bordered = np.concatenate([rows, last[:, None]], axis=1)

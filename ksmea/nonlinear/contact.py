@@ -19,11 +19,13 @@ OrbitForce = Callable[[Array, Array, ComplexArray, float], tuple[Array, Array]]
 
 
 def rotating_asymmetry(coefficients: Array, orbit: Array, turn: ComplexArray, rounding: float) -> tuple[Array, Array]:
-    """A stiffness that is larger by Δ along one axis of the shaft, which turns with it, and smaller by Δ across it: with that
-    axis at an angle α, κ = Δ e^{2iα} and r = x + iy, F = −κ e^{2iφ} conj(r). It answers forward whirl at its own frequency,
-    backward whirl at three times that. Coefficients: real and imaginary part of κ, N/m.
+    """Stiffness that is larger by Δ along one axis of the shaft, which turns with it, and smaller across.
 
-    Genta, Dynamics of Rotating Systems, 2005, ch. 5."""
+    With that axis at an angle α, κ = Δ e^{2iα} and r = x + iy, F = −κ e^{2iφ} conj(r). It answers forward whirl at its
+    own frequency, backward whirl at three times that. Coefficients: real and imaginary part of κ, N/m.
+
+    Genta, Dynamics of Rotating Systems, 2005, ch. 5.
+    """
     turned = (coefficients @ [1, 1j])[:, None] * turn**2
     rows = np.stack([turned.real, turned.imag, turned.imag, -turned.real], axis=-1)
     derivative = -rows.reshape(*rows.shape[:-1], 2, 2)
@@ -41,8 +43,10 @@ def cubic_spring(coefficients: Array, orbit: Array, turn: ComplexArray, rounding
 def spring_above_an_amplitude(
     coefficients: Array, orbit: Array, turn: ComplexArray, rounding: float
 ) -> tuple[Array, Array]:
-    """F = −k (1 − δ/|r|) r where the orbit lies outside of |r| = δ, and none inside: a stop all around the shaft with a
-    clearance. Coefficients: k N/m, δ m."""
+    """F = −k (1 − δ/|r|) r where the orbit lies outside of |r| = δ, and none inside.
+
+    A stop all around the shaft with a clearance. Coefficients: k N/m, δ m.
+    """
     return rub(np.pad(coefficients, [(0, 0), (0, 1)]), orbit, turn, rounding)
 
 
@@ -69,7 +73,10 @@ def rub(coefficients: Array, orbit: Array, turn: ComplexArray, rounding: float) 
 
 
 def on_sites(forces: Sequence[OrbitForce], n_coefficient: Sequence[int]) -> OrbitForce:
-    """Forces on as many sites, each with its own coefficients, as one on the orbits (n, n_angle, 2 n_site) of all."""
+    """Forces on several sites, each with its own coefficients, as one force on the orbits of all.
+
+    The orbits are (n, n_angle, 2 n_site).
+    """
     columns = np.split(np.arange(sum(n_coefficient)), np.cumsum(n_coefficient)[:-1])
 
     def force(coefficients: Array, orbit: Array, turn: ComplexArray, rounding: float) -> tuple[Array, Array]:

@@ -1,4 +1,6 @@
-"""Harmonic balance: the steady motion of sites of the shaft under forces that depend on it otherwise than linearly.
+"""Harmonic balance: steady-state motion of sites of the shaft under nonlinear forces.
+
+The forces depend on the motion.
 
 The motion is u(φ) = Re Σ q_h e^{ihφ} over harmonics h of the rotation, φ = Ωt. Without the force its harmonics are Q_h, and each
 unit of a force at hΩ moves the sites by G_h, so that
@@ -31,8 +33,10 @@ SHORTEST = 2.0**-6  # part of a Newton step
 
 @dataclass(frozen=True)
 class Harmonics:
-    """Orders of the rotation that a motion has. Where all are odd, half a turn says all: forces on opposite points of
-    such an orbit are opposite."""
+    """Orders of the rotation that a motion has.
+
+    If all are odd, half a turn determines the motion: forces on opposite points of such an orbit are opposite.
+    """
 
     orders: tuple[int, ...] = (1,)
     n_angle: int = N_ANGLE  # of a turn, if the highest order has enough of them
@@ -50,7 +54,10 @@ class Harmonics:
 
     @cached_property
     def parts(self) -> list[tuple[int, int]]:
-        """The components: number of the order, and 0 for the real part or 1 for the imaginary one; of order 0 there is one."""
+        """The components: number of the order, and 0 for the real part or 1 for the imaginary one.
+
+        Order 0 has one component.
+        """
         return [(index, part) for index, order in enumerate(self.orders) for part in range(2 if order else 1)]
 
     @cached_property
@@ -96,7 +103,10 @@ class Harmonics:
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """The equations y = s Q + G f(y) at n points, each a speed and a set of values; the level s is 1 but on a way there."""
+    """The equations y = s Q + G f(y) at n points, each a speed and a set of values.
+
+    The level s is 1 but on a way there.
+    """
 
     force: OrbitForce
     coefficients: Array  # (n, n_coefficient)
@@ -114,7 +124,7 @@ class Balance:
         )
 
     def acting(self, motion: Array) -> tuple[Array, Array]:
-        """The components f (n, p), N, of the force on a motion (n, p), m, and their derivatives (n, p, p), N/m."""
+        """Components f (n, p), N, of the force on a motion (n, p), m, and their derivatives (n, p, p), N/m."""
         of, n_part = self.harmonics, len(self.harmonics.parts)
         n, p = motion.shape
         m = p // n_part
@@ -133,7 +143,10 @@ class Balance:
 
 
 def solved(balance: Balance, start: Array) -> tuple[Array, Mask]:
-    """Motions (n, p) by Newton's method from a start, and where they solve the equations. Steps are halved until they leave less."""
+    """Motions (n, p) by Newton's method from a start, and where they solve the equations.
+
+    Steps are halved until they leave less.
+    """
     found, active = np.array(start), np.arange(len(start))
     is_found: Mask = np.zeros(len(start), dtype=bool)
     left, derivative = balance.left(found, np.ones(len(start)))
@@ -157,8 +170,11 @@ def solved(balance: Balance, start: Array) -> tuple[Array, Mask]:
 
 
 def left_out(balance: Balance, motion: Array) -> Array:
-    """The largest harmonic of the force that the motion (n, p) leaves out, up to twice its highest, over the first one, (n,):
-    an estimate of what it lacks, as receptances fall with the square of the order above all resonances."""
+    """Ratio (n,) of the largest harmonic of the force left out by the motion (n, p) to the first one.
+
+    Harmonics up to twice the highest of the motion count. The ratio estimates the error, as receptances fall with the
+    square of the order above all resonances.
+    """
     own = balance.harmonics
     step = 2 if all(order % 2 for order in own.orders) else 1
     further = tuple(range(max(own.orders) + step, 2 * max(own.orders) + step + 1, step))

@@ -43,7 +43,10 @@ OfSpeed = Callable[[Array], ComplexArray]  # speeds (n_speed,) rad/s → what ac
 
 @dataclass(frozen=True)
 class Law(ABC):
-    """A law by its key in settings and its name for people; `coefficients` have a name, a unit and its size in SI."""
+    """A law by its key in settings and its name for people.
+
+    `coefficients` have a name, a unit and its size in SI.
+    """
 
     key: str
     name: str
@@ -56,7 +59,10 @@ class Law(ABC):
 
     @property
     def has_own_mode(self) -> bool:
-        """Whether it is a function of the frequency of the motion with a resonance of its own, and not of the spin speed."""
+        """Whether it depends on the frequency of the motion, with a resonance of its own.
+
+        It does not depend on the spin speed.
+        """
         return False
 
     @property
@@ -70,8 +76,11 @@ class Law(ABC):
         return np.where(np.isin(np.arange(len(self.coefficients)), self.from_zero), 0.0, -np.inf)
 
     def starts(self, speed: Array, amplitude: Array) -> Array | None:
-        """Coefficients (n, n_coefficient) with the first, the law's size, 1, from the best of which a fit starts, at speeds (n_speed,)
-        and amplitudes of the site (n_speed,) m; None: the force is linear in all coefficients."""
+        """Coefficients (n, n_coefficient) whose first, the size of the law, is 1.
+
+        A fit starts from the best of them, at speeds (n_speed,) and amplitudes of the site (n_speed,) m. None: the
+        force is linear in all coefficients.
+        """
         return None
 
     def shows(self, coefficients: Array, speed: Array) -> bool:
@@ -117,8 +126,10 @@ class StiffnessLaw(Law):
         return np.asarray(-(self.stiffness(coefficients, speed) @ motion[..., None])[..., 0])
 
     def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
-        """f = −(1 + K H)⁻¹ K q of the two directions by Cramer's rule, which takes a tenth of what a solver takes that is called
-        for each speed."""
+        """Steady-state force f = −(1 + K H)⁻¹ K q of the two directions by Cramer's rule.
+
+        It takes a tenth of the time of a solver that is called for each speed.
+        """
         (xx, xy), (yx, yy) = np.moveaxis(self.stiffness(coefficients, site.speed), (-2, -1), (0, 1))
         (h_xx, h_xy), (h_yx, h_yy) = np.moveaxis(site.per_force, (-2, -1), (0, 1))
         x, y = np.moveaxis(site.without_force, -1, 0)
@@ -142,8 +153,9 @@ class LinearLaw(StiffnessLaw):
 
 @dataclass(frozen=True)
 class SpringMass(StiffnessLaw):
-    """A mass on a spring and a damper, alike in x and y: an absorber, a flexible disk or blades. With mass m, natural frequency ω₀ and
-    damping ratio ζ (J. P. Den Hartog, Mechanical Vibrations, 1956, section 3.2):
+    """A mass on a spring and a damper, alike in x and y: an absorber, a flexible disk or blades.
+
+    With mass m, natural frequency ω₀ and damping ratio ζ (J. P. Den Hartog, Mechanical Vibrations, 1956, section 3.2):
 
         K = −m Ω² (ω₀² + 2iζ ω₀ Ω) / (ω₀² − Ω² + 2iζ ω₀ Ω).
     """
@@ -222,7 +234,10 @@ class NonlinearLaw(Law):
 
 
 def _rotating(power: int) -> OfSpeed:
-    """A vector fixed in the rotor, with its parts at angle 0 and a quarter turn on, that grows with a power of speed."""
+    """Vector fixed in the rotor that grows with a power of speed.
+
+    Its parts are at angle 0 and a quarter turn on.
+    """
     return lambda speed: np.array([1, 1j])[:, None, None] * speed[:, None] ** power * FORWARD
 
 

@@ -1,4 +1,6 @@
-"""A force that is a smooth function of speed and nothing else: through values at a few knots, by a Gaussian process.
+"""A force that is a smooth function of speed and nothing else.
+
+Through values at a few knots, by a Gaussian process.
 
 Between the knots it is the mean of a process with an unknown constant mean and Matérn's correlation of order 5/2, through the
 values at the knots: linear in them, which are the coefficients. Beyond the knots nothing is known of it.

@@ -35,9 +35,12 @@ REGULAR = 1e-9  # of the largest receptance: added to one that no force moves
 
 @dataclass(frozen=True)
 class SiteMotion:
-    """How sites move at speeds (n_speed,), rad/s: by Q (n, n_speed, m), m, at the frequency of rotation without a force on them, and
-    by G (n, n_speed, m, m), m/N, with each unit of one. `further` has G at other harmonics, by their order. `near`
-    (n, n_speed, n_known, m), m, has the first harmonics of a motion next to which the steady one is."""
+    """Motion of sites at speeds (n_speed,), rad/s.
+
+    It is given by Q (n, n_speed, m), m, at the frequency of rotation without a force on them, and by G (n, n_speed, m,
+    m), m/N, with each unit of one. `further` has G at other harmonics, by their order. `near` (n, n_speed, n_known, m),
+    m, has the first harmonics of a motion next to which the steady one is.
+    """
 
     speed: Array
     without_force: ComplexArray
@@ -64,8 +67,10 @@ class SteadyForce:
 
 @dataclass(frozen=True)
 class SiteForce:
-    """A force on sites with n sets of coefficients (n, n_coefficient), which way it bends resonance curves, and which way the speed
-    goes."""
+    """Force on sites with n sets of coefficients (n, n_coefficient).
+
+    It states which way it bends resonance curves, and which way the speed goes.
+    """
 
     on_orbit: OrbitForce
     coefficients: Array
@@ -141,8 +146,10 @@ def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
 
 
 def _sharpened(balance: Balance, found: Branches, order: Indices, roundings: Sequence[float]) -> tuple[Array, Mask]:
-    """The solutions (n, p) next to motions with rounded corners, of each point that which comes first in an order, or the next one
-    where it leads to none; and where there is one."""
+    """Solutions (n, p) next to motions with rounded corners, and whether there is one.
+
+    Each point has the solution that comes first in an order, or the next one if that leads to none.
+    """
     motion, is_found = np.empty_like(balance.alone), np.zeros(len(balance.alone), dtype=bool)
     while len(order):
         chosen = order[np.unique(found.point[order], return_index=True)[1]]
@@ -179,7 +186,10 @@ def _dynamic_stiffness(per_force: ComplexArray) -> ComplexArray:
 
 
 def _largest(alone: ComplexArray, stiffness: ComplexArray) -> Array:
-    """How large a motion can be under any force that feeds it nothing, (n,) m; infinite where the rotor itself feeds it."""
+    """Largest possible motion under any force that feeds it nothing, (n,) m.
+
+    Infinite where the rotor itself feeds it.
+    """
     damping = np.linalg.eigvalsh((stiffness - stiffness.conj().swapaxes(1, 2)) / 2j)[:, 0]
     exciting = np.linalg.norm((stiffness @ alone[..., None])[..., 0], axis=1)
     return np.asarray(np.divide(exciting, damping, out=np.full(len(alone), np.inf), where=damping > 0))

@@ -23,8 +23,10 @@ CUBE_STEP = 1e-5  # in the unit cube: near the cube root of the rounding error
 
 @dataclass(frozen=True)
 class CentralDifferences:
-    """Differences about a point (d,): `points` (2 d, d) are to be evaluated, first those above it in each coordinate,
-    then those below; `widths` (d,) are their distances.
+    """Differences about a point (d,).
+
+    `points` (2 d, d) are to be evaluated, first those above it in each coordinate, then those below; `widths` (d,) are
+    their distances.
 
     >>> parabola = central_differences(np.array([3.0, 1.0]), 0.5, np.zeros(2), np.full(2, 9.0))
     >>> parabola.derivative(parabola.points**2)
@@ -42,8 +44,9 @@ class CentralDifferences:
 
 
 def central_differences(x: Array, step: Array | float, lower: Array, upper: Array) -> CentralDifferences:
-    """Differences about x (d,) with a step (one for all, or (d,)) to both sides, cut at the limits (d,) of a box: they
-    are of second order, and of first order on a limit.
+    """Differences about x (d,) with a step to both sides, cut at the limits (d,) of a box.
+
+    The step is one for all, or (d,). They are of second order, and of first order on a limit.
 
     The error is about step² + rounding / step, so the cube root of the rounding error is a good step.
     """
@@ -60,8 +63,10 @@ def cube_differences(u: Array) -> CentralDifferences:
 def differenced(
     function: Callable[[Array], NDArray[Number]], x: Array, step: Array | float, lower: Array, upper: Array
 ) -> tuple[NDArray[Number], NDArray[Number]]:
-    """A function of points (n, d), with values (n, …), at x (d,), (…), and its derivatives (…, d) by central
-    differences inside a box."""
+    """Function of points (n, d) with values (n, …) at x (d,), (…), and its derivatives (…, d).
+
+    They are central differences inside a box.
+    """
     differences = central_differences(x, step, lower, upper)
     values = function(np.concatenate([x[None], differences.points]))
     return values[0], differences.derivative(values[1:])

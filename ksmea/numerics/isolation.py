@@ -34,7 +34,9 @@ def logging_unconfigured() -> Iterator[None]:
 
 
 def finite(misfit: Array) -> Array:
-    """Misfits (k,) with +inf, a point where none can be computed, replaced by a finite value worse than any other.
+    """Misfits (k,) with +inf replaced by a finite value worse than any other.
+
+    +inf marks a point at which none can be computed.
 
     >>> finite(np.array([1.0, np.inf]))
     array([1.e+000, 1.e+150])
@@ -44,7 +46,7 @@ def finite(misfit: Array) -> Array:
 
 @contextmanager
 def global_generators(rng: np.random.Generator) -> Iterator[None]:
-    """Seed `random` and `numpy.random` from `rng` inside the block and restore both states when it is left.
+    """Seed `random` and `numpy.random` from `rng` inside the block and restore both states at its end.
 
     >>> before = random.getstate()
     >>> with global_generators(np.random.default_rng(1)):

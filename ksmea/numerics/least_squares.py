@@ -1,4 +1,7 @@
-"""Bounded least squares from one start: the local end of a search, also from the optimum of a surrogate (polish)."""
+"""Bounded least squares from one start.
+
+The local end of a search, also from the optimum of a surrogate (polish).
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,9 @@ def descend(
     ftol: float = 1e-12,
     gtol: float = 1e-12,
 ) -> None:
-    """Trust-region-reflective least squares in the unit cube from `start` (d,); the objective remembers the best point.
+    """Trust-region-reflective least squares in the unit cube from `start` (d,).
+
+    The objective remembers the best point.
 
     `max_iterations` limits the evaluations of the residuals, Jacobians are the objective's own. The start is moved
     `margin` inside the limits, which the iteration must not start on. A derivative that cannot be computed counts

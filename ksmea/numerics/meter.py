@@ -1,4 +1,4 @@
-"""Meter of a model: counts of evaluations and Jacobians, their time, and the budget that they come from.
+"""Meter of a model: counts of evaluations and Jacobians, their time, and their budget.
 
 A run evaluates its problem through a meter (`ksmea.problem.counted.CountedProblem`), a method has one of its own
 (`ksmea.problem.counted.Model`) and an optimiser another (`ksmea.numerics.objective.Objective`). All count alike: an evaluation is one
@@ -21,7 +21,9 @@ SPENT_BEHIND = "budget spent behind the objective"  # by a plugin that evaluated
 
 
 class Meter:
-    """Counts of `evaluations`, `jacobians` and `others` (free motions of a point, such as its modes), and the `seconds` of the first two.
+    """Counts of `evaluations`, `jacobians` and `others`, and the `seconds` of the first two.
+
+    Others are free motions of a point, such as its modes.
 
     `budget` is the number of evaluations at most; None: no limit. In it a Jacobian counts as `jacobian_cost` evaluations, any of the
     others as one. A request beyond the budget raises `BudgetSpent`, and `was_refused` is true from then on.
@@ -70,8 +72,10 @@ class Meter:
         evaluate: Callable[[Array], Answer],
         seen: Callable[[Array, Answer, int], None] | None = None,
     ) -> Answer:
-        """Evaluate points (k, d) → (k, …). A batch that exceeds the budget is cut: the part within it is evaluated
-        before `BudgetSpent` is raised, so that the budget is spent exactly. An evaluation that raises does not count.
+        """Evaluate points (k, d) → (k, …).
+
+        A batch that exceeds the budget is cut: the part within it is evaluated before `BudgetSpent` is raised, so that
+        the budget is spent exactly. An evaluation that raises does not count.
 
         `seen` receives each part that was evaluated: points, values and the count of the first of them.
         """

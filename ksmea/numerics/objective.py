@@ -18,7 +18,14 @@ ROUNDING = 1e-9  # outside the unit cube, of a library's own handling of limits
 
 @dataclass(frozen=True)
 class Minimum:
-    """The best point seen (d,) in the unit cube, its misfit and what finding it took."""
+    """Best point of a search.
+
+    Args:
+        u: point (d,) in the unit cube.
+        value: its misfit.
+        evaluations: points that were evaluated until then.
+        jacobians: Jacobians that were computed until then.
+    """
 
     u: Array
     value: float
@@ -27,13 +34,18 @@ class Minimum:
 
 
 class Objective(Meter):
-    """A misfit over the unit cube, batched, counted and with a budget.
+    """Misfit over the unit cube, batched, counted and with a budget.
 
-    `residuals_at` (k, d) → (k, m) gives residuals whose sum of squares is the misfit, `jacobian_at` (d,) → (m, d)
-    their derivatives and `screening_at` (k, d) → (k,) a robust misfit without narrow valleys, for choosing starts.
-    Points are counted wherever they are evaluated, Jacobians apart; in the budget a Jacobian counts as `jacobian_cost`
-    points. The last batch is cut to what the budget leaves; asking for more raises `BudgetSpent` after the cut batch has
-    been evaluated and remembered.
+    Points are counted wherever they are evaluated, Jacobians apart. The last batch is cut to what the budget leaves; more points
+    raise `BudgetSpent` after the cut batch has been evaluated and remembered.
+
+    Args:
+        dim: number of unknowns d.
+        residuals_at: points (k, d) → residuals (k, m), whose sum of squares is the misfit.
+        jacobian_at: point (d,) → derivatives (m, d) of the residuals. Default: central differences.
+        screening_at: points (k, d) → robust misfit (k,) without narrow valleys, for choosing starts. Default: the misfit.
+        budget: largest number of points. Default: no limit.
+        jacobian_cost: number of points that a Jacobian counts as in the budget.
 
     >>> sphere = Objective(2, lambda u: u - 0.5, budget=3)
     >>> sphere(np.array([[0.5, 0.5], [0.0, 0.0]]))
@@ -64,20 +76,65 @@ class Objective(Meter):
         self._best_value = np.inf
 
     def __call__(self, u: Array) -> Array:
-        """Misfit at points (k, d) → (k,); a point where it cannot be computed is +inf."""
+        """Misfit at points.
+
+        Args:
+            u: points (k, d) in the unit cube.
+
+        Returns:
+            Misfit (k,); infinite at a point where it cannot be computed.
+
+        Raises:
+            BudgetSpent: there were more points than the budget leaves.
+            ValueError: points of another dimension, complex, or outside the unit cube.
+        """
         u = self._checked(u)
         return self._within_budget(u, self._values)
 
     def residuals(self, u: Array) -> Array:
-        """Residuals at one point (d,) → (m,); their sum of squares is the misfit there."""
+        """Residuals at one point; their sum of squares is the misfit there.
+
+        Args:
+            u: point (d,) in the unit cube.
+
+        Returns:
+            Residuals (m,).
+
+        Raises:
+            BudgetSpent: the budget is spent.
+        """
         return np.asarray(self.all_residuals(u)[0])
 
     def all_residuals(self, u: Array) -> Array:
-        """Residuals at points (k, d) → (k, m)."""
+        """Residuals at points.
+
+        Args:
+            u: points (k, d) in the unit cube.
+
+        Returns:
+            Residuals (k, m).
+
+        Raises:
+            BudgetSpent: there were more points than the budget leaves.
+        """
         return self._within_budget(self._checked(u), self._remembered_residuals)
 
     def jacobian(self, u: Array) -> Array:
-        """Derivatives of the residuals at one point (d,) → (m, d); central differences where none are given."""
+        """Derivatives of the residuals at one point; central differences if none are given.
+
+        Args:
+            u: point (d,) in the unit cube.
+
+        Returns:
+            Derivatives (m, d).
+
+        Raises:
+            BudgetSpent: the budget is spent.
+
+        >>> Objective(2, lambda u: u**2).jacobian(np.array([0.5, 0.25])).round(6)
+        array([[1. , 0. ],
+               [0. , 0.5]])
+        """
         u = self._checked(u)[0]
         if self._jacobian_at is not None:
             self.require(self.jacobian_cost)
@@ -86,8 +143,17 @@ class Objective(Meter):
         return self._differences(u)
 
     def screening(self, u: Array) -> Array:
-        """Robust misfit at points (k, d) → (k,), counted like any other point; the misfit itself where there is
-        none."""
+        """Robust misfit at points, counted like any other point; default: the misfit itself.
+
+        Args:
+            u: points (k, d) in the unit cube.
+
+        Returns:
+            Robust misfit (k,).
+
+        Raises:
+            BudgetSpent: there were more points than the budget leaves.
+        """
         screening_at = self._screening_at
         if screening_at is None:
             return self(u)
@@ -103,8 +169,15 @@ class Objective(Meter):
         return Minimum(self._best_u.copy(), float(self._best_value), self.evaluations, self.jacobians)
 
     def found(self, model: Meter) -> Minimum:
-        """The best point, if it has a finite misfit. Raises `BudgetSpent` if the budget of the model was spent without the
-        objective, else ArithmeticError."""
+        """Best point, if it has a finite misfit.
+
+        Args:
+            model: meter of the model behind the objective.
+
+        Raises:
+            BudgetSpent: the budget of the model was spent without the objective.
+            ArithmeticError: no point has a finite misfit.
+        """
         best = self.result()
         if np.isfinite(best.value):
             return best
@@ -113,7 +186,11 @@ class Objective(Meter):
         raise ArithmeticError(f"none of the {self.evaluations} points of the optimiser has a finite misfit")
 
     def end_stage(self, name: str) -> None:
-        """Keep how a part of the search ended; nothing where nothing was evaluated since the last one did."""
+        """Keep how a part of the search ended, if anything was evaluated since the last one did.
+
+        Args:
+            name: name of the part.
+        """
         minimum = self.result()
         taken = [(each.evaluations, each.jacobians) for _, each in self.stages] or [(0, 0)]
         if taken[-1] != (minimum.evaluations, minimum.jacobians):

@@ -18,7 +18,9 @@ R = TypeVar("R")
 
 
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """The function, with BLAS at one thread until it returns or raises; the former number of threads comes back then.
+    """The function, with BLAS at one thread until it returns or raises.
+
+    The former number of threads comes back then.
 
     Libraries are looked for at each call, so that one loaded in the meantime is found.
     """

@@ -171,7 +171,10 @@ def _forks(
 
 @contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """Ctrl-C, which reaches all processes of a terminal, waits: a fork is to ignore it before it meets any."""
+    """Ctrl-C, which reaches all processes of a terminal, waits.
+
+    A fork is to ignore it before it meets any.
+    """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -186,8 +189,10 @@ def _fork() -> int:
 
 
 def _answered(forks: Sequence[_Fork], n_item: int) -> Iterator[tuple[int, bytes]]:
-    """Each item's number and answer as they come; a fork has the next item as soon as it has answered. After an error those
-    that come before its item alone are waited for."""
+    """Each item's number and answer as they come; a fork has the next item as soon as it has answered.
+
+    After an error only items before its own are waited for.
+    """
     waiting, first_error = deque(range(n_item)), n_item
     at_work: dict[Connection, int] = {}
     try:
@@ -242,7 +247,10 @@ def _answer(function: Callable[[Any], Any], item: Any) -> _Answer:
 
 
 def _sent(answer: _Answer, known: Sequence[object]) -> tuple[bool, bytes]:
-    """Whether an answer is an error, and the answer as bytes; an error that cannot be made of bytes again by what it says."""
+    """Whether an answer is an error, and the answer as bytes.
+
+    An error that cannot be made of bytes again by what it says.
+    """
     try:
         content = _written(answer, known)
         if answer.error is None or type(_Reader(content, known).load().error) is type(answer.error):
@@ -281,7 +289,10 @@ class _Reader(pickle.Unpickler):
 
 
 def descendants(process: int) -> list[int]:
-    """Numbers of all processes below one; empty on a system that does not list them in /proc (proc(5), children)."""
+    """Process numbers of all processes below one.
+
+    Empty on a system that does not list them in /proc (proc(5), children).
+    """
     found: list[int] = []
     pending = [process]
     while pending:

@@ -38,7 +38,7 @@ class Screened:
         return self.best(int(np.searchsorted(self.misfits, misfit)))
 
     def apart(self, count: int, distance: float) -> Screened:
-        """The best points, `count` at most, that are not nearer than `distance` to a better one that is among them.
+        """Best points, `count` at most, no nearer than `distance` to a better one among them.
 
         >>> ranked(np.array([[0.5], [0.1], [0.52], [0.9]]), np.array([1.0, 3.0, 2.0, 4.0])).apart(2, 0.1).points.ravel()
         array([0.5, 0.1])
@@ -69,16 +69,20 @@ def joined(*parts: Screened) -> Screened:
 
 
 def sobol(n: int, d: int, rng: np.random.Generator | None = None) -> Array:
-    """The first n points (n, d) of a Sobol' sequence, scrambled where there is a generator; balanced best where n is a
-    power of two."""
+    """The first n points (n, d) of a Sobol' sequence, scrambled where there is a generator.
+
+    Balanced best where n is a power of two.
+    """
     return np.asarray(
         scipy.stats.qmc.Sobol(d, scramble=rng is not None, rng=rng).random_base2((n - 1).bit_length())[:n]
     )
 
 
 def log_ratio(predicted: Array | ComplexArray, measured: Array | ComplexArray) -> Array | ComplexArray:
-    """ln(p / y): real of amplitudes, complex of responses with the phase wrapped to ±π. `measured` has no zeros; a prediction of
-    0 counts as the smallest number."""
+    """ln(p / y): real of amplitudes, complex of responses with the phase wrapped to ±π.
+
+    `measured` has no zeros; a prediction of 0 counts as the smallest number.
+    """
     ratio, tiny = predicted / measured, np.finfo(float).tiny
     return np.log(np.maximum(ratio, tiny)) if np.isrealobj(ratio) else np.log(np.where(ratio == 0, tiny, ratio))
 
@@ -89,7 +93,9 @@ def mean_log_misfit(log_ratio: Array | ComplexArray) -> Array:
 
 
 def latin_hypercube(samples: int, d: int, rng: np.random.Generator) -> Array:
-    """Latin hypercube (samples, d): every one of `samples` equal slices of every coordinate holds one point.
+    """Latin hypercube (samples, d).
+
+    Every one of `samples` equal slices of every coordinate holds one point.
 
     M. D. McKay, R. J. Beckman and W. J. Conover, Technometrics 21 (1979) 239–245, doi 10.2307/1268522. The paper names
     the Latin hypercube and no more, so nothing is optimised on top of it.

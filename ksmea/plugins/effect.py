@@ -30,7 +30,10 @@ Seen = TypeVar("Seen", bound="Problem")  # the kind of problems that an effect c
 
 
 class ForceLaw(Protocol):
-    """A law of a local force, such as one of `ksmea.nonlinear.laws`; `coefficients` have a name, a unit and its size in SI."""
+    """Law of a local force, such as one of `ksmea.nonlinear.laws`.
+
+    `coefficients` have a name, a unit and its size in SI.
+    """
 
     @property
     def key(self) -> str: ...
@@ -42,8 +45,23 @@ class ForceLaw(Protocol):
 
 @dataclass(frozen=True)
 class Effect(Settings, Generic[Seen]):
-    """A physical cause that a model may lack, at one location; what registers under `ksmea.effects` is such an effect with
-    its default location. How it changes a response is between it and the kind of problems that it can be added to."""
+    """Physical cause that a model may lack, at one location.
+
+    Classes registered under `ksmea.effects` are effects with their default location. How an effect changes a response is between it
+    and the kind of problems that it can be added to.
+
+    Source:
+        Each effect states its own: `python -m bench help effect NAME`.
+
+    >>> from ksmea.plugins import registry
+    >>> import ksmea
+    >>> problem, runout = ksmea.load_problem("three_disk", mesh=13).problem, registry.create("effect", "runout", {})
+    >>> [str(each) for each in runout.locations(problem)], [each.name for each in runout.parameters(problem)]
+    (['at 0.1 m'], ['runout_x', 'runout_y'])
+    >>> extended = runout.added_to(problem)
+    >>> extended.parameters.names
+    ('kxx', 'kyy', 'cxx', 'cyy', 'u', 'runout_x', 'runout_y')
+    """
 
     # Effects that can look alike, by name, and what separates them. Default: empty.
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
@@ -67,49 +85,119 @@ class Effect(Settings, Generic[Seen]):
     def locations(self, problem: Seen) -> Sequence[Self]:
         """This effect at each possible location of the problem.
 
-        Empty if the problem has no location for it. Default: this effect alone.
+        Default: this effect alone.
+
+        Args:
+            problem: problem that it may be added to.
+
+        Returns:
+            Effects of this class; empty if the problem has no location for it.
         """
         return (self,)
 
     def kin(self, problem: Seen) -> Sequence[Self]:
         """Wider forms of this effect, such as a bow in two shapes, with other values of the model's unknowns.
 
-        If this effect explains the data, forms that do so as well are further explanations under its name. Default:
-        empty.
+        If this effect explains the data, forms that do so as well are further explanations under its name. Default: empty.
+
+        Args:
+            problem: problem that it may be added to.
+
+        Returns:
+            Effects, at their locations.
         """
         return ()
 
     def caveat(self, problem: Seen) -> str:
-        """Remark for a diagnosis that names it, a sentence that follows its name and a colon. Default: empty, no remark."""
+        """Remark for a diagnosis that names it, a sentence that follows its name and a colon.
+
+        Default: empty, no remark.
+
+        Args:
+            problem: problem that was diagnosed.
+        """
         return ""
 
     def is_offered(self, problem: Seen) -> bool:
-        """Whether it is tried on a problem even if its name is not given. Default: True."""
+        """Whether it is tried on a problem even if its name is not given.
+
+        Default: True.
+
+        Args:
+            problem: problem to be diagnosed.
+        """
         return True
 
     def seen_in(self, measurement: Measurement) -> Self | None:
-        """This effect with what a measurement says of it in addition to its values, such as the direction of a run; None if nothing
-        in the measurement suggests it: then it is tried only if its name is given. Default: this effect unchanged."""
+        """This effect with further information from a measurement, such as the direction of a run.
+
+        Default: this effect unchanged.
+
+        Args:
+            measurement: data of the diagnosis.
+
+        Returns:
+            The effect; None if nothing in the measurement suggests it. It is then tried only if its name is given.
+        """
         return self
 
     def path(self, problem: Seen) -> Array:
-        """Values (n, e) SI leading away from 0, fitted in this order, each from the last fit. Default: empty, a scan instead."""
+        """Values of its unknowns that lead away from 0, fitted in this order, each from the last fit.
+
+        Default: empty, a scan instead.
+
+        Args:
+            problem: problem that it may be added to.
+
+        Returns:
+            Values (n, e), SI, with e the number of its unknowns.
+        """
         return np.empty((0, 0))
 
     @abstractmethod
     def parameters(self, problem: Seen) -> tuple[Parameter, ...]:
-        """Its unknowns with physical limits. At 0 of all of them the model is as without it."""
+        """Its unknowns with physical limits.
+
+        If all of them are 0, the model is as without it.
+
+        Args:
+            problem: problem that it may be added to.
+
+        Returns:
+            Unknowns (e,), limits in SI.
+        """
 
     @abstractmethod
     def added_to(self, problem: Problem) -> Problem:
-        """The problem with this effect, whose unknowns follow its own: a problem like any other."""
+        """Problem with this effect: a problem like any other.
+
+        Args:
+            problem: problem without it.
+
+        Returns:
+            Problem with the unknowns of `problem`, followed by the effect's own.
+        """
 
     def places(self, problem: Seen) -> Sequence[float]:
-        """Positions on the shaft (m) at which alone it acts, or whose reading it changes: a second opinion on its name. Default: empty."""
+        """Positions on the shaft at which alone it acts, or whose reading it changes.
+
+        A second opinion on its name.
+
+        Default: empty.
+
+        Args:
+            problem: problem that it may be added to.
+
+        Returns:
+            Positions, m.
+        """
         return ()
 
     def force_at(self) -> tuple[float, ForceLaw] | None:
-        """Position (m) of a force that acts alone, and the nonlinear law whose coefficients are the unknowns. Default: None."""
+        """Position (m) of a force that acts alone, and the nonlinear law whose coefficients are the unknowns.
+
+        Default: None.
+        """
         return None
 
     @classmethod
@@ -120,8 +208,13 @@ class Effect(Settings, Generic[Seen]):
     def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
         """Statement about this effect, with its sizes.
 
-        `sizes` has each unknown by name, and each pair `name_x`, `name_y` as the vector `name`. Default: the sentence
-        of `says`; an effect whose sentence depends on its sizes, or needs others, overrides it.
+        Default: the sentence of `says`; an effect whose sentence depends on its sizes, or needs others, overrides it.
+
+        Args:
+            sizes: each unknown by name, and each pair `name_x`, `name_y` as the vector `name`.
+
+        Returns:
+            Words, sentence and check of a diagnosis that names it.
         """
         place = str(self)
         words = self.in_words()
@@ -147,7 +240,17 @@ class Effect(Settings, Generic[Seen]):
 
     @abstractmethod
     def draw(self, problem: Seen, rng: np.random.Generator) -> Array:
-        """Plausible values (e,) SI within their limits, for data that hide it (`measurements/hidden_size.py` scales them)."""
+        """Plausible values of its unknowns, for data that hide it.
+
+        `measurements/hidden_size.py` scales them.
+
+        Args:
+            problem: problem that it may be added to.
+            rng: generator of the draw.
+
+        Returns:
+            Values (e,), SI, within the limits.
+        """
 
 
 AnyEffect = Effect[Any]  # on whatever kind of problems

@@ -96,8 +96,10 @@ def plugins_of_file(path: Path) -> list[FoundPlugin]:
 
 
 def classes_in(path: Path) -> list[tuple[str, str]]:
-    """Group and name of each plugin that a file's text defines by its base class, without executing it; empty for a file
-    without any, or one that cannot be read."""
+    """Group and name of each plugin that a file's text defines by its base class, without executing it.
+
+    Empty for a file without any, or one that cannot be read.
+    """
     tree = _tree(path)
     classes = [each.name for each in tree.body if isinstance(each, ast.ClassDef) and not each.name.startswith("_")]
     found = [(_group_of(tree, name, DEEPEST), snake_case(name)) for name in classes]
@@ -105,7 +107,10 @@ def classes_in(path: Path) -> list[tuple[str, str]]:
 
 
 def _group_of(tree: ast.Module, name: str, depth: int) -> str:
-    """The group that a class in a file's text is a plugin of, by its bases, also imported ones; '' for any other class."""
+    """The group that a class in a file's text is a plugin of, by its bases, also imported ones.
+
+    '' for any other class.
+    """
     groups = {contract.__name__: group for group, contract in CONTRACTS.items() if group not in OF_THE_BENCH}
     if name in groups:
         return groups[name]
@@ -177,8 +182,10 @@ def imported(source: Path) -> Iterator[str]:
 
 
 def loads_by_name(source: Path) -> bool:
-    """Whether a file may import modules by names that it does not spell out, so that what it uses cannot be read from it: it does, or
-    imports all names of a package, or has other means of that."""
+    """Whether a file may import modules by names that it does not spell out.
+
+    Its imports then cannot be read from it: it does so, or imports all names of a package, or has other means of that.
+    """
     try:
         tree = ast.parse(source.read_text(encoding="utf-8"))
     except (SyntaxError, ValueError, RecursionError):
@@ -231,7 +238,10 @@ def _beside(folder: Path, module: str) -> list[Path]:
 
 
 def _loaded(path: Path) -> ModuleType:
-    """The module that a file is; its folder comes last on Python's path, so that nothing in it hides what is installed."""
+    """The module that a file is.
+
+    Its folder comes last on Python's path, so that nothing in it hides what is installed.
+    """
     if not path.is_file():
         raise SettingError(f"expected a Python file, found none at {path}; give its path", setting="plugins")
     if path.suffix != ".py" or not path.stem.isidentifier():

@@ -1,4 +1,6 @@
-"""The import of a plugin from outside: tried in a process of its own, and without effect on anything but what it adds.
+"""The import of a plugin from outside.
+
+Tried in a process of its own, and without effect on anything but what it adds.
 
 An import runs code of other people in the process that plans all runs. So it is tried in a fork first, which may hang, exit or crash
 without harm. After the import itself, the working directory, the environment, numpy's handling of floating-point errors, the recursion limit
@@ -37,16 +39,20 @@ State = list[tuple[Any, dict[str, Any]]]  # modules and classes with their membe
 
 
 def require_importable(what: str, load: Callable[[], object], setting: str = "") -> None:
-    """Raise `PluginFailure` if an import fails, hangs or ends its process; it is tried in a fork. In a worker process, and on a system
-    without forks, nothing is tried."""
+    """Raise `PluginFailure` if an import fails, hangs or ends its process; it is tried in a fork.
+
+    Nothing is tried in a worker process, or on a system without forks.
+    """
     reason = _tried("import", load, float(os.environ.get(SECONDS, MOST_SECONDS)))
     if reason:
         raise PluginFailure(f"{what} cannot be loaded: {reason}", setting=setting)
 
 
 def require_survived(what: str, action: Callable[[], object]) -> None:
-    """Raise `PluginFailure` if an action ends its process; it is tried in a fork. An error that it raises is raised again by whoever
-    does it then."""
+    """Raise `PluginFailure` if an action ends its process; it is tried in a fork.
+
+    An error that it raises is raised again by whoever does it then.
+    """
 
     def survived() -> None:
         with suppress(Exception):
@@ -120,8 +126,10 @@ def without_children() -> Iterator[None]:
 
 @contextmanager
 def undisturbed(libraries: bool = True) -> Iterator[None]:
-    """The state of the process is as before after the block; `libraries`: functions and classes of libraries too, which takes
-    hundredths of a second."""
+    """The state of the process is as before after the block.
+
+    `libraries`: functions and classes of libraries too, which takes hundredths of a second.
+    """
     folder, environment, errors, limit = os.getcwd(), dict(os.environ), np.geterr(), sys.getrecursionlimit()
     streams = sys.stdin, sys.stdout, sys.stderr
     before = _state() if libraries else []
@@ -140,7 +148,7 @@ def undisturbed(libraries: bool = True) -> Iterator[None]:
 
 
 def _state() -> State:
-    """Functions and classes in the modules of libraries and of this project, and the methods of the project's classes."""
+    """Functions and classes in the modules of libraries and of this project, with methods of its classes."""
     modules = [each for name, each in list(sys.modules.items()) if isinstance(each, ModuleType) and _is_protected(name)]
     found: State = [(each, _callable(vars(each))) for each in modules]
     classes = {value for _, members in found for value in members.values() if isinstance(value, type)}

@@ -1,4 +1,6 @@
-"""Contract of an identification method: a problem, a measurement and random streams in, the most likely values out.
+"""Contract of an identification method.
+
+A problem, a measurement and random streams in, the most likely values out.
 
 A plugin is one file: a frozen dataclass whose fields are its settings, which subclasses a contract, and one entry point.
 `ksmea.plugins.registry` rejects a class that does not. Members that are not abstract have a default, which their docstring states.
@@ -23,7 +25,10 @@ BUDGET_STOPS = ("updates", "budget")  # stop reasons that say it was cut short, 
 
 @dataclass(frozen=True)
 class Streams:
-    """Independent generators by component, so that methods that share a component draw the same numbers for it."""
+    """Independent generators by component.
+
+    Methods that share a component draw equal numbers for it.
+    """
 
     design: np.random.Generator
     surrogate: np.random.Generator
@@ -35,7 +40,10 @@ POLISH = "polish"  # name of the part of a search that goes on from where the op
 
 @dataclass(frozen=True)
 class SearchStage:
-    """A part of a search on the surrogate as it ended: the optimum until then, and its misfit on the surrogate."""
+    """Part of a search on the surrogate as it ended.
+
+    The optimum until then, and its misfit on the surrogate.
+    """
 
     name: str
     x: Array  # (d,) SI
@@ -44,8 +52,11 @@ class SearchStage:
 
 @dataclass(frozen=True)
 class Update:
-    """One updating step: the surrogate's optimum, its misfit as predicted and as the true model has it, and both
-    stopping rules there (eqs. 23 and 24)."""
+    """One updating step: the surrogate's optimum, its misfit predicted and true, and both stopping rules.
+
+    Source:
+        Han, Guo & Gao, JSV 332 (2013) 2659–2671, doi:10.1016/j.jsv.2012.12.025, eqs. (23) and (24).
+    """
 
     x: Array  # (d,) SI
     predicted_misfit: float
@@ -57,7 +68,7 @@ class Update:
 
     @property
     def polish_gain(self) -> float | None:
-        """How far the polish came below the optimiser's misfit on the surrogate; None without a polish."""
+        """Decrease of the misfit on the surrogate by the polish after the optimiser; None without a polish."""
         if len(self.search) < 2 or self.search[-1].name != POLISH:
             return None
         return self.search[-2].misfit - self.search[-1].misfit
@@ -65,8 +76,12 @@ class Update:
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of a method as it ended: the point that it left to the next one, and what all until then took of the true model.
-    A part `on_surrogate` takes nothing of it."""
+    """Part of a method as it ended.
+
+    Its last point, and all evaluations and Jacobians of the true model until then.
+
+    A part `on_surrogate` uses none of its own.
+    """
 
     name: str
     x: Array  # (d,) SI
@@ -77,12 +92,25 @@ class Stage:
 
 @dataclass(frozen=True)
 class Identification:
-    """Identified values, and how they were found; `misfit` is in the method's own form.
+    """Identified values, and how they were found.
 
-    `stop` is one of: smc, sdf, repeated (the optimum is a sample already), updates, budget, optimizer. Evaluations and
-    Jacobians are what the method counts; a record has the study's own count (`ksmea.studies.identify`). `seconds`
-    splits the wall time into model, surrogate (fits), search (optimiser and predictions) and total. `stages` are the
-    parts of the method in their order; x is the point of the last one. Default: empty, a single part.
+    Args:
+        x: values (d,), SI.
+        at_limit: whether each lies at a search limit.
+        misfit: misfit at x, in the method's own form.
+        stop: reason of the end: smc, sdf, repeated (the optimum is a sample already), updates, budget or optimizer.
+        updates: number of updating steps.
+        model_evaluations: evaluations of the true model as the method counts them; a record has the study's own count
+            (`ksmea.studies.identify`).
+        model_jacobians: Jacobians of the true model, counted likewise.
+        surrogate_evaluations: predictions of the surrogate.
+        seconds: wall time of model, surrogate (fits), search (optimiser and predictions) and total, s.
+        history: updating steps.
+        predicted: response (n_speed, n_channel), m, by the surrogate at its last optimum.
+        modelled: response (n_speed, n_channel), m, by the true model at that point.
+        remarks: sentences for reports on how the values were found.
+        notes: numbers for the record.
+        stages: parts of the method in their order; x is the point of the last one. Default: empty, a single part.
     """
 
     x: Array  # (d,) SI
@@ -107,7 +135,15 @@ class Identification:
 
 
 def at_limit(u: Array, tolerance: float = 1e-3) -> tuple[bool, ...]:
-    """Which coordinates of a point in the unit cube lie at a search limit, within a thousandth of the range."""
+    """Whether each coordinate of a point in the unit cube lies at a search limit.
+
+    Args:
+        u: point (d,) in the unit cube.
+        tolerance: distance from a limit that counts as at it, a fraction of the range.
+
+    >>> at_limit(np.array([0.0005, 0.5, 1.0]))
+    (True, False, True)
+    """
     return tuple(bool(at) for at in (u <= tolerance) | (u >= 1 - tolerance))
 
 
@@ -116,11 +152,15 @@ METHOD_PARTS = ("surrogate", "optimizer", "samples")  # what a method may own, e
 
 @dataclass(frozen=True)
 class Method(Settings):
-    """Settings of a way to identify. Fields marked as parts (`ksmea.settings.settings.part`) are what it is made of: a `surrogate`,
-    an `optimizer`, the number of `samples`. A run that uses it ignores the parts that it has not."""
+    """Settings of an identification method.
+
+    Fields marked as parts (`ksmea.settings.settings.part`) are what it is made of: a `surrogate`, an `optimizer`, the number of
+    `samples`. A run that uses it ignores the parts that it does not have.
+    """
 
     @classmethod
     def part_names(cls) -> tuple[str, ...]:
+        """Names of the parts that it has, of surrogate, optimizer and samples."""
         own = {field.name for field in part_fields(cls)}
         return tuple(name for name in METHOD_PARTS if name in own)
 
@@ -130,10 +170,43 @@ class Method(Settings):
         return tuple(sorted(set(METHOD_PARTS) - set(self.part_names())))
 
     def validate(self, problem: Problem) -> None:
-        """Raise `SettingError`, before it runs, if its parts cannot work together on this problem. Default: they can."""
+        """Check before a run that its parts work together on a problem.
+
+        Default: they do.
+
+        Args:
+            problem: problem to identify, aligned with the measurement.
+
+        Raises:
+            SettingError: its parts cannot work together on this problem.
+        """
 
     @abstractmethod
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
-        """The values that agree best with the measurement. A problem that is not seen as the measurement is a
-        `SettingError`; `ksmea.problem.alignment.aligned` makes the one that is. The problem that an identification hands over
-        counts what it is asked and keeps each improvement (`ksmea.identification.trace.TracedProblem`), and its record has both."""
+        """Identify the values that agree best with a measurement.
+
+        The problem of a study counts its evaluations and keeps each improvement (`ksmea.identification.trace.TracedProblem`); the record
+        of the study has both.
+
+        Args:
+            problem: problem at the speeds and channels of the measurement (`ksmea.problem.alignment.aligned`).
+            measurement: data, m; its noise is None if the level is not known.
+            streams: independent generators for design, surrogate and optimiser.
+
+        Returns:
+            Identified values (d,), SI, and how they were found.
+
+        Raises:
+            SettingError: the problem is not evaluated at the speeds and channels of the measurement.
+
+        >>> from ksmea.measurement.measurement import Measurement
+        >>> from ksmea.measurement.noise import Noise
+        >>> from ksmea.plugins import registry
+        >>> from ksmea.testing.jeffcott import Jeffcott
+        >>> problem, x = Jeffcott(), np.array([0.9e6, 1.1e6, 900.0, 1200.0, 4e-4])  # N/m, N s/m, kg m
+        >>> data = Measurement(problem.speed, problem.channels, problem.response(x[None])[0], Noise(0.01, 0.0), "exact")
+        >>> method = registry.create("method", "direct", {}, {"optimizer": registry.create("optimizer", "lm", {})})
+        >>> found = method.identify(problem, data, Streams(*np.random.default_rng(0).spawn(3)))
+        >>> (found.x / x).round(3).tolist(), found.stop
+        ([1.0, 1.0, 1.0, 1.0, 1.0], 'optimizer')
+        """

@@ -1,4 +1,6 @@
-"""Files of modules, found as Python would find them, without importing anything. Shorter than 40 lines: it does one thing.
+"""Files of modules, found as Python would find them, without importing anything.
+
+Shorter than 40 lines: it does one thing.
 
 `importlib.util.find_spec("a.b")` imports `a`, which runs its code. Names may come from a received folder of results, whose code must
 not run, and completion must not wait for packages that are slow to import. So a package's folders are taken from where it is
@@ -13,7 +15,9 @@ from pathlib import Path
 
 
 def module_spec(name: str) -> ModuleSpec | None:
-    """Where Python finds a module; None if it finds none. The packages that the module lies in are not imported for that.
+    """Specification of a module as Python finds it; None if it finds none.
+
+    The packages that the module lies in are not imported for that.
 
     >>> module_spec("email.mime.text").origin.endswith("text.py"), module_spec("email.no_such") is None
     (True, True)

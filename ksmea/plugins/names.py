@@ -1,4 +1,6 @@
-"""Names of plugins: what is registered under which, and where it comes from. No plugin is imported for that.
+"""Names of plugins: what is registered under which, and where it comes from.
+
+No plugin is imported for that.
 
 [project.entry-points."ksmea.optimizers"]
 mine = "my_package.mine:Mine"
@@ -30,7 +32,10 @@ _in_files: dict[Path, list[EntryPoint]] = {}  # what this process has registered
 
 
 class SharedName(EntryPoint):
-    """A name that several packages register: it is refused where it is chosen, none of them stands in for another."""
+    """A name that several packages register.
+
+    It is refused where it is chosen, none of them stands in for another.
+    """
 
     def __init__(self, points: Sequence[EntryPoint]) -> None:
         super().__init__(points[0].name, points[0].value, points[0].group)
@@ -46,7 +51,10 @@ class SharedName(EntryPoint):
 
 
 class BrokenName(EntryPoint):
-    """A name in a plain file that cannot be loaded: it is refused where it is chosen, and stops nothing else."""
+    """A name in a plain file that cannot be loaded.
+
+    It is refused where it is chosen, and stops nothing else.
+    """
 
     def __init__(self, name: str, group: str, refusal: str) -> None:
         super().__init__(name, "broken:broken", group)
@@ -59,7 +67,10 @@ class BrokenName(EntryPoint):
 
 @cache
 def registered(group: str) -> dict[str, EntryPoint]:
-    """Entry points of a group ('optimizer', …) by name, in alphabetical order. A name of this project stays its own."""
+    """Entry points of a group ('optimizer', …) by name, in alphabetical order.
+
+    A name of this project stays its own.
+    """
     by_name: dict[str, list[EntryPoint]] = {}
     for point in _points(group):
         by_name.setdefault(point.name, []).append(point)

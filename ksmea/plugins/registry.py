@@ -1,4 +1,7 @@
-"""The cabinets that plugins register in, by entry point or from a file, and the only place where a name becomes a class."""
+"""Registries of plugins, by entry point or from a file.
+
+They are the only place where a name becomes a class.
+"""
 
 from __future__ import annotations
 
@@ -51,9 +54,11 @@ __all__ = [
 
 
 def register_file(path: Path, planned: Mapping[str, str] | None = None) -> None:
-    """Register the plugins of a Python file, which is executed for that, next to the installed ones. A file that has been
-    registered stays as it was. `SettingError` if it cannot be loaded, has no plugin, or one of a name that is taken, and
-    where it and what it imports from next to it do not have the `planned` digests."""
+    """Register the plugins of a Python file, which is executed for that, next to the installed ones.
+
+    A file that has been registered stays as it was. `SettingError` if it cannot be loaded, has no plugin, or one of a
+    name that is taken, and where it and what it imports from next to it do not have the `planned` digests.
+    """
     if is_added(path):
         return
     if planned is not None:
@@ -92,7 +97,10 @@ def plugin_class(group: str, name: str) -> type:
 
 
 def _class_at(point: EntryPoint, contract: type[Settings]) -> type:
-    """The class that an entry point names; `SettingError` if it cannot be loaded or is not a plugin by the contract."""
+    """The class that an entry point names.
+
+    Raises `SettingError` if it cannot be loaded or is not a plugin by the contract.
+    """
     if isinstance(point, SharedName):
         raise SettingError(point.refusal)
     if isinstance(point, BrokenName):
@@ -116,7 +124,10 @@ def _class_at(point: EntryPoint, contract: type[Settings]) -> type:
 
 
 def _loaded(point: EntryPoint) -> type:
-    """The class that an entry point names. Of one from outside the import is tried first, and changes nothing but what it adds."""
+    """The class that an entry point names.
+
+    The import of a class from outside is tried first, and changes nothing but its own additions.
+    """
     module = point.value.partition(":")[0]
     is_new = module not in sys.modules and module.partition(".")[0] not in OURS
     if is_new:
@@ -152,8 +163,11 @@ def name_of(plugin: Settings) -> tuple[str, str]:
 
 
 def modules_of(group: str, name: str) -> tuple[str, ...]:
-    """The module that makes a plugin, as its entry point says; what that imports follows from its file. Nothing is imported for that:
-    names may come from a received folder. `SettingError` for what is not registered, or has no module here."""
+    """The module that makes a plugin, as its entry point says; what that imports follows from its file.
+
+    Nothing is imported for that: names may come from a received folder. `SettingError` for what is not registered, or
+    has no module here.
+    """
     points = registered(group) if group in GROUPS | FURTHER else {}
     if name not in points:
         raise unknown(group, name, points)

@@ -24,15 +24,25 @@ from ksmea.settings.settings import Settings
 
 @dataclass(frozen=True)
 class ProblemSettings(Settings):
-    """Settings registered under `ksmea.problems`, which build a problem, and the published values of its unknowns. They are
-    apart so that what is handed to an identification cannot hold the values it is to find."""
+    """Settings registered under `ksmea.problems`, which build a problem and know its published values.
+
+    They are apart from the problem so that the input of an identification cannot hold the values it is to find.
+
+    >>> from ksmea.testing.jeffcott import JeffcottRotor
+    >>> rotor = JeffcottRotor(n_speed=3)
+    >>> rotor.build().speed.tolist(), rotor.reference()["kxx"]  # rad/s, N/m
+    ([100.0, 300.0, 500.0], 900000.0)
+    """
 
     @abstractmethod
     def build(self) -> Problem:
-        """The problem, without any value of its unknowns."""
+        """Problem without any value of its unknowns."""
 
     def reference(self) -> Mapping[str, float]:
-        """Published values by parameter name, SI, for synthetic data and tables alone. Default: empty."""
+        """Published values by parameter name, SI, for synthetic data and tables alone.
+
+        Default: empty.
+        """
         return {}
 
 
@@ -42,15 +52,26 @@ class MeasurementSource(Settings):
 
     The defaults suit a source without known true values, such as real data. A subclass must have `read` or `measure`,
     `kind` and, if it is known, `noise`.
+
+    >>> from ksmea.plugins import registry
+    >>> source = registry.create("measurement", "file", {"path": "docs/examples/run_up.csv"})
+    >>> str(source.kind), source.read().values.shape
+    ('complex', (90, 2))
     """
 
     @property
     @abstractmethod
     def kind(self) -> str:
-        """One of `ksmea.measurement.measurement.OBSERVABLES`."""
+        """Observable, one of `ksmea.measurement.measurement.OBSERVABLES`: "amplitude" or "complex"."""
 
     def read(self) -> Measurement:
-        """The measurement, of a source that holds one whatever the problem is: a file. Default: not supported."""
+        """Measurement of a source that holds one, whatever the problem is: a file.
+
+        Default: not supported.
+
+        Raises:
+            SettingError: the source needs a problem.
+        """
         raise SettingError(f"expected a source that holds a measurement, got {type(self).__name__}; give it a problem")
 
     def measure(
@@ -60,46 +81,113 @@ class MeasurementSource(Settings):
         noise: np.random.Generator,
         hidden: np.random.Generator,
     ) -> Measurement:
-        """One measurement of the problem that `settings` build. Only what makes data uses the true values (SI by name)
-        and the generators, of the noise and of effects that are hidden in the data. Default: the measurement it holds (`read`)."""
+        """Measurement of the problem that some settings build.
+
+        Only code that makes data uses the true values and the generators. Default: the measurement it holds (`read`).
+
+        Args:
+            settings: settings of the problem.
+            truth: true values by name, SI.
+            noise: generator of the noise.
+            hidden: generator of effects that are hidden in the data.
+
+        Returns:
+            Measurement, values (n_speed, n_channel) in m.
+
+        Raises:
+            SettingError: the source cannot measure this problem.
+        """
         return self.read()
 
     def layout(self, settings: ProblemSettings) -> Layout:
-        """Speeds, channels and kind of every measurement, before one is made. Default: as `measure` returns them."""
+        """Speeds, channels and kind of every measurement, before one is made.
+
+        Default: as `measure` returns them.
+
+        Args:
+            settings: settings of the problem.
+        """
         unused = np.random.default_rng(0)
         return self.measure(settings, {}, unused, unused).layout
 
     @property
     def noise(self) -> Noise | None:
-        """The noise in the data. Default: None, not known."""
+        """Noise in the data.
+
+        Default: None, not known.
+        """
         return None
 
     @property
     def noise_known(self) -> bool:
-        """Whether the identification uses the noise level. Default: True if it is known."""
+        """Whether the identification uses the noise level.
+
+        Default: True if it is known.
+        """
         return self.noise is not None
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Remarks on the data for reports, such as what was left out. Default: empty."""
+        """Remarks on the data for reports, such as on rows that were dropped.
+
+        Default: empty.
+        """
         return ()
 
     def true_values(self, settings: ProblemSettings) -> Mapping[str, float]:
-        """True value of every unknown of the aligned problem by name, SI. Default: empty, not known."""
+        """True value of every unknown of the aligned problem.
+
+        Default: empty, not known.
+
+        Args:
+            settings: settings of the problem.
+
+        Returns:
+            Values by name, SI.
+        """
         return {}
 
     def response(
         self, settings: ProblemSettings, truth: Mapping[str, float], hidden: np.random.Generator
     ) -> ComplexArray | None:
-        """The measured response without its noise, (n_speed, n_channel) m. Default: None, not known."""
+        """Measured response without its noise.
+
+        Default: None, not known.
+
+        Args:
+            settings: settings of the problem.
+            truth: true values by name, SI.
+            hidden: generator of effects that are hidden in the data.
+
+        Returns:
+            Complex response (n_speed, n_channel), m.
+        """
         return None
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
-        """Effects hidden in data drawn by `hidden`, for records. Default: empty."""
+        """Effects hidden in data, for records.
+
+        Default: empty.
+
+        Args:
+            settings: settings of the problem.
+            hidden: generator that the data were drawn with.
+        """
         return ()
 
     def with_hidden(
         self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
     ) -> tuple[Problem, Array] | None:
-        """A problem with what data drawn by `hidden` hide, and true values (e,) SI of the unknowns added. Default: None."""
+        """Problem with the effects hidden in data, and true values of the added unknowns.
+
+        Default: None.
+
+        Args:
+            settings: settings of the problem.
+            problem: problem without them.
+            hidden: generator that the data were drawn with.
+
+        Returns:
+            Problem, and values (e,), SI.
+        """
         return None

@@ -1,4 +1,4 @@
-"""Output transforms: the real outputs that a surrogate models, made from the complex response and turned back.
+"""Output transforms: real outputs for a surrogate from the complex response, and back.
 
 Raw amplitudes of a lightly damped rotor are needles that no smooth surrogate follows; their logarithms are not.
 """
@@ -18,7 +18,7 @@ TRANSFORMS = ("auto", "none", "complex", "log", "log_phase")
 
 @dataclass(frozen=True)
 class Transform:
-    """How the response (k, n_speed, n_channel) becomes real outputs (k, q), and outputs become predicted data.
+    """Transform of the response (k, n_speed, n_channel) to real outputs (k, q), and of outputs to data.
 
     - `amplitude`: |y|; - `complex`: Re y, Im y; - `log`: ln|y|; - `log_phase`: ln|y|, cos φ, sin φ.
 
@@ -85,14 +85,19 @@ class Transform:
 
 
 def _amplitude(logarithm: Array) -> Array:
-    """exp, kept where its square is still a float: a surrogate far from its samples may predict anything."""
+    """Exponential, limited so that its square is still a float.
+
+    A surrogate far from its samples may predict anything.
+    """
     return np.exp(np.clip(logarithm, -LARGEST_LOG, LARGEST_LOG))
 
 
 def make_transform(name: str, observable: Observable, *, n_speed: int, n_channel: int) -> Transform:
-    """The transform that a setting names: 'auto' takes the logarithm (with the phase where the data are complex),
-    'none' the raw amplitudes, or real and imaginary parts; 'log' of complex data keeps the phase as well, which
-    it could not be identified without."""
+    """Transform that a setting names.
+
+    'auto' is the logarithm, with the phase if the data are complex. 'none' is the raw amplitudes, or real and imaginary parts.
+    'log' of complex data keeps the phase as well, without which it could not be identified.
+    """
     if name not in TRANSFORMS:
         raise unknown("transform", name, TRANSFORMS)
     concrete = {

@@ -55,8 +55,11 @@ def through(problem: Problem, channels: Sequence[Channel]) -> Problem:
 
 
 def require_aligned(problem: Problem, measurement: Measurement) -> None:
-    """Raise `SettingError` if a problem is not seen as the measurement: another number of speeds or channels, a speed
-    (beyond rounding) or a channel that differs, other runs, or a phase origin that is unknown in the data alone."""
+    """Raise `SettingError` if a problem is not seen as the measurement.
+
+    Another number of speeds or channels, a speed (beyond rounding) or a channel that differs, other runs, or a phase
+    origin that is unknown in the data alone.
+    """
     _require_speeds(problem.speed, measurement.speed)
     if problem.campaign != measurement.campaign:
         raise SettingError(
@@ -93,7 +96,10 @@ def _require_speeds(own: Array, measured: Array) -> None:
 
 
 def _seen(problem: Problem, layout: Layout) -> Problem:
-    """The problem at other speeds and channels; an error says which channel cannot be, and where it stands."""
+    """The problem at other speeds and channels.
+
+    An error says which channel cannot be, and where it stands.
+    """
     try:
         return _in_its_runs(problem, layout)
     except SettingError as error:

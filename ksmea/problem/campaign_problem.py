@@ -43,7 +43,10 @@ def in_runs(machine: Problem, campaign: Campaign) -> CampaignProblem:
 
 
 def _check_units(campaign: Campaign, run: Run) -> None:
-    """Raise `SettingError` for weights whose unbalance nobody knows: masses without a radius, or in a unit of one's own."""
+    """Raise `SettingError` for weights whose unbalance nobody knows.
+
+    Masses without a radius, or in a unit of one's own.
+    """
     for weight in run.all_weights:
         unit = campaign.plane(weight.position).unit
         if unit.scale:
@@ -85,8 +88,11 @@ def largest_unbalance(machine: Problem) -> float:
 
 @dataclass(frozen=True, eq=False)
 class CampaignProblem(ProblemProxy):
-    """`base` is the machine at the speeds of all runs, without their weights: effects and texts are of it. The shaft carries
-    no weights unless it `is_weighted`, though all unknowns are the same."""
+    """Problem of a machine in the runs of a campaign.
+
+    `base` is the machine at the speeds of all runs, without their weights: effects and texts are of it. The shaft
+    carries no weights unless it `is_weighted`, though all unknowns are the same.
+    """
 
     base: Problem
     seen_in: Campaign
@@ -162,7 +168,10 @@ class CampaignProblem(ProblemProxy):
         return columns, change
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> CampaignProblem:
-        """The problem of a further run without weights; if runs have unknowns of their own, with the unknowns of the first."""
+        """The problem of a further run without weights.
+
+        If runs have unknowns of their own, with the unknowns of the first.
+        """
         counts = [len(speed), *(0 for _ in self.seen_in.runs[1:])]
         return CampaignProblem(self.base.at(speed, channels), self.seen_in.with_counts(counts), is_weighted=False)
 

@@ -1,4 +1,7 @@
-"""A measurement and the problem that is compared with it: one immutable thing, made once and carried by whatever is found."""
+"""A measurement and the problem that is compared with it.
+
+One immutable thing, made once and carried by whatever is found.
+"""
 
 from __future__ import annotations
 
@@ -35,12 +38,17 @@ class Case:
         return Case(problem, self.measurement)
 
     def of_measurement(self, measurement: Measurement) -> Case:
-        """The problem compared with another measurement by the same probes at the same speeds, as one with other noise."""
+        """Problem compared with another measurement by these probes at these speeds.
+
+        An example is one with other noise.
+        """
         return Case(self.problem, measurement)
 
     def answered(self) -> Case:
-        """Through the channels at whose harmonics the problem moves at all: a linear model answers unbalance at 1X alone, and
-        data at others tell nothing of it. Itself where that is all of them.
+        """Through the channels at whose harmonics the problem moves at all.
+
+        A linear model answers unbalance at 1X alone, and data at others tell nothing of it. Itself where that is all of
+        them.
 
         The problem is asked at one set of values that is nothing special: the third point of a Sobol' sequence.
         """

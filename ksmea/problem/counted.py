@@ -18,10 +18,12 @@ Seen = Callable[[Array, ComplexArray, int], None]
 
 
 class CountedProblem(ProblemProxy):
-    """A problem evaluated through a meter, at any speeds and channels and with any unbalance. An evaluation is of one set of
-    unknowns; a sensitivity, alone or with the response at its point (`linearised`), is one Jacobian; free motions count apart.
-    `seen` receives each response at the problem's own speeds and channels: points (k, d) SI, responses (k, n_speed, n_channel) and
-    the count of the first evaluation."""
+    """A problem evaluated through a meter, at any speeds and channels and with any unbalance.
+
+    An evaluation is of one set of unknowns; a sensitivity, alone or with the response at its point (`linearised`), is
+    one Jacobian; free motions count apart. `seen` receives each response at the problem's own speeds and channels:
+    points (k, d) SI, responses (k, n_speed, n_channel) and the count of the first evaluation.
+    """
 
     def __init__(self, behind: Problem, meter: Meter | None = None, seen: Seen | None = None) -> None:
         self._behind = behind
@@ -84,7 +86,9 @@ class CountedProblem(ProblemProxy):
 
 
 class Model(Meter):
-    """A problem over the unit cube, counting points (`evaluations`), sensitivities (`jacobians`) and `seconds`.
+    """Problem over the unit cube with counts of points and sensitivities.
+
+    They are `evaluations`, `jacobians` and `seconds`.
 
     Points that exceed `budget` are not evaluated: `BudgetSpent` is raised instead. A sensitivity takes `jacobian_cost`
     points of the budget; 0: it is counted, and costs nothing. If the problem has a budget of its own
@@ -113,7 +117,9 @@ class Model(Meter):
         return self.ask(self.problem.parameters.to_si(u), self.problem.response)
 
     def linearise(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Response (n_speed, n_channel) at a point (d,) of the unit cube and its derivatives (n_speed, n_channel, d).
+        """Response (n_speed, n_channel) at a point (d,) of the unit cube and its derivatives.
+
+        These are (n_speed, n_channel, d).
 
         Together they count as one Jacobian; of a problem without a sensitivity they are central differences of 2 d + 1
         points, one batch.

@@ -1,4 +1,6 @@
-"""Differences of the runs of a campaign from one of them, as a problem and a measurement like any other: for searches.
+"""Differences of the runs of a campaign from one of them, as a problem and a measurement.
+
+Searches use them like any other.
 
 Their noise is not independent, which a search need not know. `ksmea.likelihood.difference_likelihood` is exact.
 """

@@ -14,10 +14,13 @@ from ksmea.problem.response_structure import UnknownImpedance
 
 
 class ProblemProxy(Problem):
-    """Base of proxies for another problem, `behind`: forwards every member of the contract that a subclass does not override.
+    """Base of proxies for another problem, `behind`.
+
+    Forwards every member of the contract that a subclass does not override.
 
     `linearised`, `response_and_per_load` and `linearised_per_load` are made of the proxy's own members. A proxy with unknowns of
-    its own must also make of its own members whatever the contract makes of others."""
+    its own must also make of its own members whatever the contract makes of others.
+    """
 
     @property
     @abstractmethod
@@ -63,7 +66,10 @@ class ProblemProxy(Problem):
         return self.around(self.behind.with_unknown_unbalance(position, names, at_most))
 
     def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
-        """Whether the problem behind does, without loads; with loads False, as the derivative is then made of its own members."""
+        """Whether the problem behind does, without loads.
+
+        With loads it is False, as the derivative is then made of its own members.
+        """
         return not loads and self.behind.linearises_cheaply()
 
     @property

@@ -25,7 +25,10 @@ HEADER = struct.Struct("<QQI")
 
 
 class Journal:
-    """Questions (what is requested, and the parameter sets) and answers (complex arrays) of one run, oldest first."""
+    """Questions and answers of one run, oldest first.
+
+    A question is the request and its parameter sets, an answer a complex array.
+    """
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -84,8 +87,10 @@ def _entries(path: Path) -> list[tuple[bytes, bytes]]:
 
 
 class JournaledProblem(ProblemProxy):
-    """A problem whose responses and sensitivities are served from a journal, or computed and written into it. The same rotor
-    elsewhere has no journal: its answers are for these speeds and channels."""
+    """Problem with responses and sensitivities from a journal, or computed and written into it.
+
+    The rotor at other speeds or channels has no journal: its answers are for these speeds and channels.
+    """
 
     def __init__(self, problem: Problem, journal: Journal) -> None:
         self._behind = problem
@@ -99,7 +104,10 @@ class JournaledProblem(ProblemProxy):
         return behind
 
     def response(self, x: Array) -> ComplexArray:
-        """One parameter set after the other, so that a run that is killed among them loses the one in work alone."""
+        """Response of one parameter set after the other.
+
+        A run that is killed among them loses only the one in work.
+        """
         shape = len(self.speed), len(self.channels)
         return (
             np.stack([self._one(row[None]).reshape(shape) for row in x]) if len(x) else np.empty((0, *shape), complex)

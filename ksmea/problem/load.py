@@ -14,8 +14,10 @@ LOADS = (FORCE, MOMENT)
 
 @dataclass(frozen=True)
 class Load:
-    """A unit force (N) along x or y, or a unit moment (N m) about x or y, at a position of the shaft (m). Under
-    Re(f e^{iΩt}) it has the frequency of rotation."""
+    """Unit force (N) along x or y, or unit moment (N m) about x or y, at a position of the shaft (m).
+
+    Under Re(f e^{iΩt}) it has the frequency of rotation.
+    """
 
     position: float
     direction: str

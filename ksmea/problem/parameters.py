@@ -1,4 +1,7 @@
-"""Unknown parameters with units and limits: the one conversion between SI, engineering units and the unit cube."""
+"""Unknown parameters with units and limits.
+
+The one conversion between SI, engineering units and the unit cube.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,9 @@ PHASE_ORIGIN = "phase_origin"  # name of the unknown that measured phases bring 
 
 
 def name_at(name: str, place: str) -> str:
-    """The name of an unknown that is apart from others of its name by its place, as one word: settings are given by it.
+    """Name of an unknown with its place, as one word: settings are given by it.
+
+    The place distinguishes it from others of its name.
 
     >>> name_at("runout_x", "at 0.5 m")
     'runout_x_at_0_5_m'
@@ -30,7 +35,10 @@ SEEN = 0.98  # of a prior's standard deviation: numbers that are known less well
 
 @dataclass(frozen=True)
 class Prior:
-    """The Gaussian distribution of a number before any measurement, SI: as drawings, catalogues and calibrations state it."""
+    """Gaussian distribution of a number before any measurement, SI.
+
+    Drawings, catalogues and calibrations state it.
+    """
 
     value: float
     sd: float
@@ -44,8 +52,26 @@ class Prior:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One unknown: `unit` is what people read, `si_per_unit` its size in SI; the limits are in SI. `makes_jumps` says whether the
-    response may jump as it changes, as where a resonance curve folds over. `words` name it for people; '': its name does."""
+    """Unknown with its unit and search limits.
+
+    Args:
+        name: name in settings, tables and files.
+        unit: unit in which people read it.
+        si_per_unit: one such unit in SI.
+        lower: lower limit, SI.
+        upper: upper limit, SI.
+        makes_jumps: whether the response may jump as it changes, as if a resonance curve folds over.
+        prior: distribution before any measurement. Default: None.
+        words: its name for people. Default: empty, its name.
+        is_input: whether it is a number of the model that is known to a tolerance, which searches take as stated.
+
+    Raises:
+        SettingError: the limits are not finite, or not in rising order.
+
+    >>> stiffness = Parameter("kxx", "MN/m", 1e6, 10e6, 100e6)
+    >>> stiffness.stated
+    55000000.0
+    """
 
     name: str
     unit: str
@@ -66,7 +92,7 @@ class Parameter:
 
     @property
     def stated(self) -> float:
-        """The value of its prior, SI; without one the middle of its limits."""
+        """Value of its prior, SI; without one the middle of its limits."""
         return (self.lower + self.upper) / 2 if self.prior is None else self.prior.value
 
     @property
@@ -76,11 +102,15 @@ class Parameter:
 
     @property
     def is_full_turn(self) -> bool:
-        """Whether it is an angle whose limits hold a turn or more: values a turn apart are the same."""
+        """Whether it is an angle whose limits hold a turn or more: values a turn apart are equal."""
         return self.is_angle and self.upper - self.lower >= TURN * (1 - 1e-9)
 
     def turned(self, value: float) -> float:
-        """The value; of an angle that may be any, the one of its turns that lies between −180° and 180°."""
+        """Value of an angle that may be any, turned to between −180° and 180°; any other value unchanged.
+
+        Args:
+            value: value, SI.
+        """
         return float(value - TURN * np.ceil(value / TURN - 0.5)) if self.is_full_turn else value
 
     @property
@@ -91,7 +121,15 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Parameters:
-    """The unknowns of a problem, in the order of every parameter vector."""
+    """Unknowns of a problem, in the order of every parameter vector.
+
+    Args:
+        items: the unknowns.
+
+    >>> known = Parameters((Parameter("k", "MN/m", 1e6, 10e6, 100e6), Parameter("c", "kN s/m", 1e3, 10.0, 1e3)))
+    >>> known.to_si(np.array([0.5, 1.0])).tolist(), known.to_cube(np.array([10e6, 1e3])).tolist()
+    ([55000000.0, 1000.0], [0.0, 1.0])
+    """
 
     items: tuple[Parameter, ...]
 
@@ -139,13 +177,23 @@ class Parameters:
         return np.array(value), np.array([prior.sd / (item.upper - item.lower) for item, prior in found])
 
     def off_priors(self, u: Array) -> Array:
-        """Deviations of points (…, ≥ d) of the unit cube from the priors, in standard deviations, (…, n_prior)."""
+        """Deviations from the priors, in standard deviations.
+
+        Args:
+            u: points (…, ≥ d) of the unit cube.
+
+        Returns:
+            Deviations (…, n_prior).
+        """
         value, sd = self.priors
         return (u[..., self.with_prior] - value) / sd
 
     @property
     def period(self) -> Array:
-        """How far apart in the unit cube values of an unknown are the same (d,): a turn where it is free to turn, else infinite."""
+        """Distance in the unit cube between equal values of each unknown, (d,).
+
+        It is a turn for an unknown that is free to turn, otherwise infinite.
+        """
         return np.array([TURN / (item.upper - item.lower) if item.is_full_turn else np.inf for item in self.items])
 
     @property
@@ -154,20 +202,45 @@ class Parameters:
         return any(item.makes_jumps for item in self.items)
 
     def to_si(self, u: Array) -> Array:
-        """Unit cube (…, d) to SI."""
+        """Convert from the unit cube to SI.
+
+        Args:
+            u: points (…, d) in the unit cube.
+
+        Returns:
+            Values (…, d), SI.
+        """
         return self.lower + np.asarray(u) * self.width
 
     def to_cube(self, x: Array) -> Array:
-        """SI (…, d) to the unit cube."""
+        """Convert from SI to the unit cube.
+
+        Args:
+            x: values (…, d), SI.
+
+        Returns:
+            Points (…, d).
+        """
         return (np.asarray(x) - self.lower) / self.width
 
     def from_decades(self, z: Array) -> Array:
-        """Unit cube (…, d) in which unknowns whose limits lie a decade or more apart grow by factors, to the unit cube."""
+        """Convert to the unit cube from one in which unknowns over a decade or more grow by factors.
+
+        Args:
+            z: points (…, d) in the latter.
+
+        Returns:
+            Points (…, d) in the unit cube.
+        """
         span = self._decades
         return np.where(span > 0, (10 ** (np.asarray(z) * span) - 1) / np.where(span > 0, 10**span - 1, 1), z)
 
     def to_decades(self, u: Array) -> Array:
-        """The inverse of `from_decades`."""
+        """Inverse of `from_decades`.
+
+        Args:
+            u: points (…, d) in the unit cube.
+        """
         span = self._decades
         return np.where(span > 0, np.log10(1 + np.asarray(u) * (10**span - 1)) / np.where(span > 0, span, 1), u)
 
@@ -177,12 +250,26 @@ class Parameters:
         return np.where(np.array(ratio) >= 10, np.log10(ratio), 0.0)
 
     def in_units(self, x: Array) -> Array:
-        """SI (…, d) to the units people read."""
+        """Convert from SI to the units people read.
+
+        Args:
+            x: values (…, d), SI.
+
+        Returns:
+            Values (…, d), each in the unit of its unknown.
+        """
         return np.asarray(x) / self.si_per_unit
 
 
 def middles(parameters: Parameters, names: Iterable[str]) -> dict[str, float]:
-    """The middle of the limits of each named unknown, in its unit; the geometric one where they lie a decade or more apart."""
+    """Midpoint of the limits of each named unknown, in its unit.
+
+    It is the geometric one if the limits lie a decade or more apart.
+
+    Args:
+        parameters: unknowns of a problem.
+        names: names of some of them.
+    """
     middle = parameters.to_si(parameters.from_decades(np.full(len(parameters), 0.5)))
     values = dict(zip(parameters.names, parameters.in_units(middle).tolist()))
     return {name: values[name] for name in names}

@@ -20,8 +20,11 @@ from ksmea.problem.parameters import PHASE_ORIGIN, Parameters
 
 @dataclass(frozen=True)
 class UnknownImpedance:
-    """An unknown impedance z = k + iΩc − Ω²m by the names of the unknowns that set it; '' where one of them is known, which moves z by a
-    constant and changes no degree. It scales a part of the dynamic stiffness of rank `n_port`: as many entries of bearings, or a table."""
+    """Unknown impedance z = k + iΩc − Ω²m by the names of the unknowns that set it.
+
+    A name is '' if that part is known: it moves z by a constant and changes no degree. The impedance scales a part of the dynamic
+    stiffness of rank `n_port`: as many entries of bearings, or a table.
+    """
 
     stiffness: str
     damping: str
@@ -31,7 +34,9 @@ class UnknownImpedance:
 
 @dataclass(frozen=True, eq=False)
 class ResponseStructure:
-    """Unknowns, speeds, channels and impedances of a problem; all unknowns next to the impedances act by its unbalance alone.
+    """Unknowns, speeds, channels and impedances of a problem.
+
+    Its other unknowns act by its unbalance alone.
 
     `unbalance` is the problem's own (`Problem.unbalance`), (d,) SI → kg m by position: it costs no evaluation.
     """
@@ -54,8 +59,10 @@ class ResponseStructure:
         return np.stack(parts)
 
     def loads(self, x: Array) -> ComplexArray:
-        """The factors by which unknowns scale responses, at (n, d) SI → (n, n_load): the unbalance of each plane where it
-        varies, and one for all that does not."""
+        """Factors by which unknowns scale responses, at (n, d) SI → (n, n_load).
+
+        They are the unbalance of each plane in which it varies, and one factor for all constant unbalance.
+        """
         load = self._unbalance(x)[:, self._varies]
         if np.any(self._examples[0, ~self._varies]):
             load = np.column_stack([load, np.ones(len(x))])

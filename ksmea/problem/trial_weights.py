@@ -1,4 +1,7 @@
-"""Trial weights for a machine, at its disks: large enough to show, and no larger than the machine tolerates."""
+"""Trial weights for a machine, at its disks.
+
+Large enough to show, and no larger than the machine tolerates.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +18,10 @@ ANGLES = (0.0, 90.0, 180.0, 270.0)  # degrees
 
 
 def equal_unbalance(problem: Problem, x: Array, positions: Sequence[float] | Array) -> float:
-    """The unbalance (kg m, two digits in g mm) that, at the position (m) where it makes most vibration, makes as much as
-    there is at values x (d,) SI, rms over all speeds and channels."""
+    """Unbalance (kg m, two digits in g mm) that causes as much vibration as there is at values x (d,) SI.
+
+    It acts at the position (m) at which it causes most vibration, rms over all speeds and channels.
+    """
     response = problem.response(x[None])[0]
     unit = [
         problem.with_unbalance(float(position), GRAM_MILLIMETRE, 0.0).response(x[None])[0] - response

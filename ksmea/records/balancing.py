@@ -1,4 +1,4 @@
-"""The record of a balancing: influence coefficients, unknown weights, corrections, drift, and what does not fit.
+"""Record of a balancing: influence coefficients, unknown weights, corrections, drift and misfits.
 
 Lengths in m, speeds in rad/s, times in s; vibrations in µm 0-peak, weights in the unit of their file (g mm, oz in, g at a
 radius …) and angles in degrees: what a balancer reads.
@@ -148,9 +148,12 @@ def _of_correction(record: CorrectionRecord) -> Quantity | None:
 
 @dataclass(frozen=True)
 class CorrectionRecord:
-    """Weights to be added to the bare rotor, in the units of their planes, and what each entry then is; `p` of the hypothesis
-    that the bare response is from unbalance in the planes alone. If the `condition` number of the planes is harmful,
-    `common` are the weights without what readings hardly show. `splits` are the weights in holes, with which entries are `left_split`."""
+    """Weights to be added to the bare rotor, in the units of their planes, and what each entry then is.
+
+    `p` of the hypothesis that the bare response is from unbalance in the planes alone. If the `condition` number of the
+    planes is harmful, `common` are the weights without what readings hardly show. `splits` are the weights in holes,
+    with which entries are `left_split`.
+    """
 
     position: tuple[Length, ...]
     weight: Annotated[tuple[PolarRecord, ...], _of_correction]
@@ -171,8 +174,11 @@ class CorrectionRecord:
 
 @dataclass(frozen=True)
 class LeftOutRecord:
-    """Errors of weights estimated from runs whose own weights were not used: root mean square and mean absolute error of sizes,
-    mean error of angles (deg) of weights of at least `least_of_angle` (g mm), the median, part of the regions that hold the weight."""
+    """Errors of weights estimated from runs whose own weights were not used.
+
+    Root mean square and mean absolute error of sizes, mean error of angles (deg) of weights of at least
+    `least_of_angle` (g mm), the median, part of the regions that hold the weight.
+    """
 
     weights: tuple[WeightRecord, ...]
     rms_size: Annotated[float, _of_unit]
@@ -191,8 +197,11 @@ def _of_run_time(record: BalanceRecord) -> Quantity | None:
 
 @dataclass(frozen=True)
 class BalanceRecord(Record):
-    """Result of balancing a campaign. `method` says how covariances were found (`ksmea.balancing.fit`), `dof` with how
-    many complex degrees of freedom, None: known."""
+    """Result of balancing a campaign.
+
+    `method` says how covariances were found (`ksmea.balancing.fit`), `dof` with how many complex degrees of freedom,
+    None: known.
+    """
 
     entries: tuple[EntryRecord, ...]
     bare: Annotated[tuple[PolarRecord, ...], MICROMETRES]

@@ -10,7 +10,10 @@ from ksmea.units import Part, Vibration
 
 @dataclass(frozen=True)
 class MovedRecord(Record):
-    """An unknown that differences put elsewhere: their value, in its unit, and the change from the joint one in standard errors."""
+    """An unknown that differences put elsewhere.
+
+    Their value, in its unit, and the change from the joint one in standard errors.
+    """
 
     name: str
     unit: str
@@ -20,8 +23,12 @@ class MovedRecord(Record):
 
 @dataclass(frozen=True)
 class BothWaysRecord(Record):
-    """`p` of as large a disagreement under a right model, by χ² with so many degrees of freedom. `shows_machine`: runs differ by
-    their weights or by unknowns of their own; else only by the sweep of the speed, or by a change between runs."""
+    """Hausman test of values from all data against values from differences between runs.
+
+    `p` is of as large a disagreement under a right model, by χ² with so many degrees of freedom. `shows_machine`: runs
+    differ by their weights or by unknowns of their own; else only by the sweep of the speed, or by a change between
+    runs.
+    """
 
     p: float
     degrees: int
@@ -44,8 +51,10 @@ class SpreadRecord(Record):
 
 @dataclass(frozen=True)
 class RepeatsRecord(Record):
-    """Noise s² = (relative · |q|)² + floor² of repeats, a part of which next to nothing shows being 0. `between` is None if
-    no runs are alike, or they themselves are the repeats (`are_runs`)."""
+    """Noise s² = (relative · |q|)² + floor² of repeats, a part of which next to nothing shows being 0.
+
+    `between` is None if no runs are alike, or they themselves are the repeats (`are_runs`).
+    """
 
     relative: Part
     floor: Vibration

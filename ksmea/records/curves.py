@@ -21,7 +21,7 @@ Matrix = tuple[Row, ...]  # (n_speed, n_channel)
 
 @dataclass(frozen=True)
 class Polar:
-    """A response as amplitude (m, 0-peak) and, of complex data, phase lead (rad), (n_speed, n_channel) each."""
+    """Response (n_speed, n_channel) as amplitude (m, 0-peak) and, for complex data, phase lead (rad)."""
 
     amplitude: Annotated[Matrix, VIBRATION]
     phase: Annotated[Matrix | None, ANGLE] = None
@@ -60,8 +60,11 @@ def check_shape(name: str, matrix: Matrix | None, n_row: int, n_column: int) -> 
 
 @dataclass(frozen=True)
 class FitCurves:
-    """Data and fitted response over speed (rad/s); `sd` (m) is the standard deviation of the noise at the fit,
-    (n_speed, n_channel), None if it is neither known nor estimated."""
+    """Data and fitted response over speed (rad/s).
+
+    `sd` (m) is the standard deviation of the noise at the fit, (n_speed, n_channel), None if it is neither known nor
+    estimated.
+    """
 
     speed: Annotated[Row, SPEED]
     channels: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Record of a diagnosis: the errors of a model of a measurement, the cause that explains them, and the evidence.
+"""Record of a diagnosis: errors of a model, the cause that explains them, and the evidence.
 
 Values of unknowns are in the unit given with them, speeds in rad/s and lengths in m. `before` is the baseline model,
 `after` the model extended by the effects in `applied`; None without an extended model. Names of fields in records of
@@ -102,8 +102,10 @@ class DetectableRecord(Record):
 
 @dataclass(frozen=True)
 class SplitRecord(Record):
-    """A further measurement, and the deviance difference that is expected between the least separated two of the explanations
-    that it tells apart, now and with it."""
+    """Further measurement that separates explanations, with the expected deviance difference.
+
+    The difference is between the least separated two of these explanations, now and with the measurement.
+    """
 
     measurement: str
     now: float
@@ -131,7 +133,10 @@ class ResidualsRecord(Record):
 
 @dataclass(frozen=True)
 class CurvesRecord(Record):
-    """Curves for figures, to five digits; `breaks` are the indices at which the speeds of a further run begin."""
+    """Curves for figures, to five digits.
+
+    `breaks` are the indices at which the speeds of a further run begin.
+    """
 
     speed: tuple[Speed, ...]
     channels: tuple[str, ...]

@@ -15,7 +15,10 @@ RunNoise = Annotated[tuple[str, float, float], Quantity("name, part, m")]  # its
 
 @dataclass(frozen=True)
 class Shown:
-    """A value with the ends of its interval in `unit`, not a number where open: what tables and charts show of an unknown."""
+    """A value with the ends of its interval in `unit`, not a number where open.
+
+    Tables and charts show it for an unknown.
+    """
 
     value: float
     low: float
@@ -62,7 +65,10 @@ class NoiseLevelRecord(Record):
 
 @dataclass(frozen=True)
 class StabilityRecord(Record):
-    """The stability threshold and its interval, rad/s; None if no free motion grows up to `searched`, 0: from rest."""
+    """The stability threshold and its interval, rad/s.
+
+    None if no free motion grows up to `searched`, 0: from rest.
+    """
 
     threshold: Speed | None
     low: Speed | None  # ends of the interval

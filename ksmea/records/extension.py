@@ -1,4 +1,6 @@
-"""Records of a model extended by effects: its gain on left-out data, and averages over indistinguishable explanations.
+"""Records of a model extended by effects.
+
+Its gain on left-out data, and averages over indistinguishable explanations.
 
 The elpd difference of two models is how much better one predicts left-out data than the other, block by block: the expected log
 predictive density (elpd) of a model is estimated by the log density of data that it was not fitted to. The
@@ -67,7 +69,7 @@ class ElpdDifference:
 
     @property
     def p_sign(self) -> float:
-        """Exact one-sided sign test: the chance of so many better blocks where either model is as likely to be better."""
+        """Exact one-sided sign test: the chance of so many better blocks by equally good models."""
         unequal = int(np.sum(self.by_block != 0))
         return float(scipy.stats.binomtest(self.n_better, unequal, alternative="greater").pvalue) if unequal else 1.0
 
@@ -99,8 +101,10 @@ class EffectRecord(Record):
 
 @dataclass(frozen=True)
 class PredictiveGainRecord(Record):
-    """How much better the extended model predicts blocks of speeds that are left out; `is_supported` by the rule
-    above."""
+    """Gain of the extended model in predicting blocks of speeds that are left out.
+
+    `is_supported` by the rule above.
+    """
 
     elpd_difference: float  # sum over blocks
     standard_error: float
@@ -151,7 +155,10 @@ class ExplanationRecord(Record):
 
 @dataclass(frozen=True)
 class AveragedRecord(Record):
-    """The unknowns of the baseline model averaged over the explanations (ksmea.diagnosis.model_averaging); `interval` is 'mixture'."""
+    """The unknowns of the baseline model averaged over the explanations (ksmea.diagnosis.model_averaging).
+
+    `interval` is 'mixture'.
+    """
 
     level: float
     coefficients: tuple[EstimateRecord, ...]

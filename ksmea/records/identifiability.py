@@ -1,4 +1,7 @@
-"""The record of how well data would determine the unknowns before anything is measured: Cramér–Rao lower bounds (CRLB), 1 σ."""
+"""The record of how well data would determine the unknowns before anything is measured.
+
+Cramér–Rao lower bounds (CRLB), 1 σ.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ Value = int | float | str | tuple[float, float]
 
 @dataclass(frozen=True)
 class Unknown:
-    """An unknown and how well the data determine it. All values are SI; divided by `si_per_unit` they are in `unit`."""
+    """An unknown and how well the data determine it.
+
+    All values are SI; divided by `si_per_unit` they are in `unit`.
+    """
 
     IN_UNIT: ClassVar = ("true", "lower", "upper", "crlb")
 
@@ -51,7 +57,10 @@ class Unknown:
 
     @property
     def base(self) -> float:
-        """Base of percentages, SI: the value. 0 if none is defined: for a value of 0, and for an angle, whose zero is arbitrary."""
+        """Base of percentages, SI: the value.
+
+        It is 0 if none is defined: for a value of 0, and for an angle, whose zero is arbitrary.
+        """
         return 0.0 if self.unit in SI_PER_UNIT["angle"] else self.true
 
 
@@ -72,7 +81,10 @@ class DataDescription:
 
 @dataclass(frozen=True)
 class Direction:
-    """A joint change of the unknowns, relative to their values (to the range of the search for a value of 0 and for an angle)."""
+    """Joint change of the unknowns, relative to their values.
+
+    It is relative to the range of the search for a value of 0 and for an angle.
+    """
 
     change: tuple[float, ...]  # unit vector (d,)
     crlb: Part | None  # of the relative change in that direction; None where not identifiable
@@ -98,8 +110,10 @@ class Variation:
 
 @dataclass(frozen=True)
 class IdentifiabilityRecord(Record):
-    """How well such data, and other data, would determine each unknown. `sigmas` CRLBs are the half-width of the interval of
-    probability `level`."""
+    """Precision of each unknown from such data, and from other data.
+
+    `sigmas` CRLBs are the half-width of the interval of probability `level`.
+    """
 
     level: float
     sigmas: float
@@ -119,7 +133,10 @@ class IdentifiabilityRecord(Record):
 
     @property
     def least_variations(self) -> tuple[Variation, ...]:
-        """Variations by numbers that would lower no CRLB by `SEEN_FALL` if they were exact: texts and charts leave them out."""
+        """Variations by numbers that would lower no CRLB by `SEEN_FALL` if they were exact.
+
+        Texts and charts leave them out.
+        """
         entries = [each for each in self.variations if each.variation == "numbers" and each.value != ALL_NUMBERS]
         return tuple(each for each in entries if not self._largest_fall(each) > SEEN_FALL)
 

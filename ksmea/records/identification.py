@@ -1,4 +1,7 @@
-"""The record of an identification: the values that a method found from one measurement, and all that is known of them."""
+"""The record of an identification.
+
+The values that a method found from one measurement, and all that is known of them.
+"""
 
 from __future__ import annotations
 
@@ -112,7 +115,10 @@ class UpdateRecord:
 
 @dataclass(frozen=True)
 class Seconds:
-    """Wall time of the method, s, by part: the true model, fits of the surrogate, the search, and all together."""
+    """Wall time of the method, s, by part.
+
+    The true model, fits of the surrogate, the search, and all together.
+    """
 
     model: Time = 0.0
     surrogate: Time = 0.0
@@ -129,7 +135,7 @@ class NoiseLevel(NoiseLevelRecord):
 
 @dataclass(frozen=True)
 class IntervalEffort:
-    """The confidence level of the intervals, the noise they were made with, and what they took of the true model."""
+    """Confidence level of the intervals, their noise, and their evaluations of the true model."""
 
     level: float
     noise: NoiseLevel
@@ -140,7 +146,7 @@ class IntervalEffort:
 
 @dataclass(frozen=True)
 class LackOfFit:
-    """Test of the fit: the chance of a statistic as large where the model is right, and whether that is too small."""
+    """Test of the fit: chance of so large a statistic if the model is right, and whether it is too small."""
 
     p: float
     statistic: str  # that speaks the most against the fit
@@ -164,8 +170,11 @@ class DataDescription:
 
 @dataclass(frozen=True)
 class IdentificationRecord(Record):
-    """Result of a method for one measurement. `status` is 'done', or 'budget' if the budget cut it short; `stop` says why it
-    ended (`ksmea.plugins.identification.Identification`)."""
+    """Result of a method for one measurement.
+
+    `status` is 'done', or 'budget' if the budget cut it short; `stop` says why it ended
+    (`ksmea.plugins.identification.Identification`).
+    """
 
     status: str
     stop: str
@@ -228,8 +237,10 @@ class IdentificationRecord(Record):
 
     @property
     def covariance(self) -> Array | None:
-        """Covariance (d, d) SI of the estimates, from half the width of their intervals and their correlation; None if an
-        interval is open or missing, or the data cannot tell."""
+        """Covariance (d, d) SI of the estimates, from half the width of their intervals and their correlation.
+
+        None if an interval is open or missing, or the data cannot tell.
+        """
         if self.intervals is None or self.correlation is None:
             return None
         ends = [(part.low, part.high) for part in self.parameters if part.low is not None and part.high is not None]
@@ -247,16 +258,24 @@ class IdentificationRecord(Record):
 
     @property
     def ended_short(self) -> bool:
-        """Whether the method stopped elsewhere than at the maximum that intervals and noise belong to; never if that is of a joint fit,
-        since the method took numbers as stated that are not exact."""
+        """Whether the method stopped elsewhere than at the maximum that intervals and noise belong to.
+
+        Never if that is of a joint fit, since the method took numbers as stated that are not exact.
+        """
         return not self.inputs and any(parameter.ended_short for parameter in self.parameters)
 
     def with_truth(
         self, parameters: Parameters, truth: Mapping[str, float], response: ComplexArray | None = None
     ) -> Self:
-        """This record with the true values (by name, SI), if they are known, in addition to the identified ones, and with the
-        response without noise, (n_speed, n_channel) m, among its curves. For an angle that is free to turn, the true value is
-        given in the turn nearest to the identified value."""
+        """This record with the true values and curves, if known.
+
+        For an angle that is free to turn, the true value is given in the turn nearest to the identified value.
+
+        Args:
+            parameters: unknowns of the problem, in the order of the record.
+            truth: true values by name, SI.
+            response: response without noise (n_speed, n_channel), m.
+        """
         known = tuple(
             dataclasses.replace(part, true=_nearest_turn(parameter, truth.get(part.name), part.identified))
             for parameter, part in zip(parameters, self.parameters, strict=True)
@@ -282,7 +301,7 @@ class IdentificationRecord(Record):
 
 
 def _nearest_turn(parameter: Parameter, true: float | None, identified: float) -> float | None:
-    """The true value; of an angle that is free to turn, the one of its turns that is nearest to what was identified."""
+    """True value; of an angle that is free to turn, on the turn nearest to the identified value."""
     if true is None or not parameter.is_full_turn:
         return true
     return true + TURN * round((identified - true) / TURN)

@@ -36,8 +36,11 @@ class InputRecord:
 
 @dataclass(frozen=True)
 class Origin:
-    """Origins of the uncertainty of an unknown: standard deviations (SI) by noise and by numbers that are known to a tolerance, and
-    the shares of the numbers that matter most in the variance."""
+    """Origins of the uncertainty of an unknown.
+
+    Standard deviations (SI) by noise and by numbers that are known to a tolerance, and the shares of the numbers that
+    matter most in the variance.
+    """
 
     sd_noise: OfUnknown
     sd_inputs: OfUnknown

@@ -99,7 +99,10 @@ class StiffnessRecord(Record):
 
 @dataclass(frozen=True)
 class ForceRecord(Record):
-    """Action at the best site, which is the site of the best law if one holds; `work` in J per turn, above 0 where it feeds the motion, and `stiffness` of a force."""
+    """Action at the best site, which is the site of the best law if one holds.
+
+    `work` in J per turn, above 0 where it feeds the motion, and `stiffness` of a force.
+    """
 
     kind: str
     position: Length
@@ -127,7 +130,10 @@ def _of_law(record: LawRecord) -> Quantity:
 
 @dataclass(frozen=True)
 class LawRecord(Record):
-    """A law that the force or moment might follow, fitted at a site; `accepted` where it leaves no more than the free one does."""
+    """A law that the force or moment might follow, fitted at a site.
+
+    `accepted` where it leaves no more than the free one does.
+    """
 
     law: str
     position: Length
@@ -143,8 +149,7 @@ class LawRecord(Record):
 
 @dataclass(frozen=True)
 class CoefficientsRecord(Record):
-    """An unknown of the model: as the plain model has it, at the best site, and with an interval that covers all
-    accepted sites."""
+    """Unknown by the plain model, at the best site, and with an interval over all accepted sites."""
 
     name: str
     plain: EstimateRecord
@@ -154,10 +159,13 @@ class CoefficientsRecord(Record):
 
 @dataclass(frozen=True)
 class LocationRecord(Record):
-    """`kind` belongs to the best site, nothing where the plain model is enough, or none where nothing that was tried
-    explains the data. That is where the best law holds, or else the one that leaves least. `candidates` are ordered: the
-    accepted ones first, and of these the one that leaves least. `extension` is the model with the best law as part of it,
-    `predictive_gain` that over the model without."""
+    """Result of a location.
+
+    `kind` belongs to the best site; it is 'nothing' if the plain model is enough, 'none' if nothing that was tried
+    explains the data. The best site has the best law, or else leaves least. `candidates` are
+    ordered: the accepted ones first, and of these the one that leaves least. `extension` is the model with the best law
+    as part of it, `predictive_gain` its gain over the model without.
+    """
 
     kind: str
     candidates: tuple[SiteRecord, ...]
@@ -204,7 +212,10 @@ class LocationRecord(Record):
 
     @property
     def law_status(self) -> str:
-        """Meaning of a missing law: laws are sought where some place explains the data and, in a diagnosis, no effect does."""
+        """Reason for a missing law.
+
+        Laws are sought if some site explains the data and, in a diagnosis, no effect does.
+        """
         return "found" if self.law else "none holds" if self.laws else "not sought"
 
     @property
@@ -219,11 +230,21 @@ class LocationRecord(Record):
         return () if self.kind == NOTHING else tuple(each for each in self.candidates if each.accepted)
 
     def accepts(self, position: float) -> bool:
-        """Whether any candidate is accepted than which none is nearer to a position (m)."""
+        """Whether any of the candidates nearest to a position is accepted.
+
+        Args:
+            position: position on the shaft, m.
+        """
         return is_nearest(position, [each.position for each in self.candidates], [each.position for each in self.sites])
 
     def share(self, *kinds: str) -> float:
-        """The part of the places tried for these kinds, of one position each, at which any of them is accepted."""
+        """Share of the single positions tried for some kinds at which any of them is accepted.
+
+        Positions are weighted by the length of shaft that they stand for.
+
+        Args:
+            *kinds: kinds of quantities, such as force and moment.
+        """
         tried = np.unique([each.position for each in self.candidates if each.kind in kinds])
         accepted = [each.position for each in self.sites if each.kind in kinds]
         width = np.gradient(tried) if len(tried) > 1 else np.ones(len(tried))
@@ -241,9 +262,11 @@ class LocationRecord(Record):
 
     @property
     def is_spread(self) -> bool:
-        """Whether something unknown explains the data at so many places that none of them is where it acts: what acts all along the
-        shaft is often done as well by a force at most places and a moment at others. Fewer than most may be distinguished by a law that
-        holds at few of them alone."""
+        """Whether something unknown explains the data at so many places that none of them is where it acts.
+
+        A force at most places and a moment at others often fit as well as a cause all along the shaft. If fewer places
+        are accepted, a law that holds at few of them alone may distinguish them.
+        """
         places = {each.position for each in self.sites if each.kind in (FORCE, MOMENT, LATERAL)}
         if self.is_anywhere or len(places) < FEWEST_SPREAD or self.share_of_places < MAX_PLACES:
             return self.is_anywhere
@@ -256,6 +279,9 @@ class LocationRecord(Record):
 
     @property
     def is_local(self) -> bool:
-        """Whether something unknown explains the data at some places and not at many: a law that holds at one of many is no
-        proof, since what is spread along the shaft often does as much as one mass or spring."""
+        """Whether something unknown explains the data at some places and not at many.
+
+        A law that holds at one of many proves nothing, since a cause that is spread along the shaft often does as much as one mass
+        or spring.
+        """
         return bool(self.sites) and not self.is_spread

@@ -1,5 +1,6 @@
-"""The record of a plan: which speeds, probes or trial unbalance to add, and by how much each lowers the Cramér–Rao lower
-bound (CRLB, 1 σ).
+"""Record of a plan: speeds, probes or trial unbalance to add, and the reduced CRLB (1 σ) by each.
+
+CRLB is the Cramér–Rao lower bound.
 
 A *reduction* is by how many per cent the CRLB of the target falls; where all unknowns are the target, the geometric mean of
 the half axes of their confidence ellipsoid. None says that something becomes known that was not known at all.
@@ -47,7 +48,10 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Candidates:
-    """Candidates for addition, column by column, an entry per candidate; None if a family has no such column."""
+    """Candidates for addition, column by column, an entry per candidate.
+
+    None if a family has no such column.
+    """
 
     reduction_pct: tuple[float | None, ...]  # with this candidate alone
     criterion_reduction_pct: tuple[float, ...]  # the same with the weak prior that the choice counts on
@@ -62,7 +66,10 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Addition:
-    """Something that could be added: a speed, a probe, a trial unbalance or a number that is measured; None if it does not apply."""
+    """Something that could be added: a speed, a probe, a trial unbalance or a number that is measured.
+
+    None if it does not apply.
+    """
 
     speed: Speed | None = None
     position: Length | None = None
@@ -123,7 +130,10 @@ class PlanningRecord(Record):
 
     @property
     def trial_run(self) -> str:
-        """The further run with a weight as `measurement.runs` has it; '' where none makes the target known better."""
+        """The further run with a weight as `measurement.runs` has it.
+
+        '' where none makes the target known better.
+        """
         for family in self.families:
             step = family.steps[-1]
             is_of_use = self.target not in self.unknown_with(step.crlb)
@@ -132,7 +142,11 @@ class PlanningRecord(Record):
         return ""
 
     def unknown_with(self, crlb: Sequence[float | None]) -> tuple[str, ...]:
-        """The unknowns that data with these CRLBs (d,) tell less of than the limits of the search do."""
+        """Unknowns that data determine less well than the limits of the search do.
+
+        Args:
+            crlb: CRLBs (d,) of these data, 1 σ, SI; None: infinite.
+        """
         return tuple(
             parameter.name
             for parameter, value in zip(self.parameters, infinite_where_none(crlb))

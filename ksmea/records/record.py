@@ -29,7 +29,14 @@ class Record:
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Self:
-        """The record that JSON data hold; what belongs to other things (a run's key, its session) is passed over."""
+        """Record that JSON data hold.
+
+        Args:
+            data: JSON data; entries that belong to other things (a run's key, its session) are ignored.
+
+        Raises:
+            SettingError: the data do not have the record's fields.
+        """
         try:
             record = msgspec.convert(cls.upgraded(data), cls)
         except (
@@ -44,7 +51,13 @@ class Record:
         return record
 
     def check(self) -> None:
-        """Raise `SettingError` if fields that were read do not fit each other. Default: they always do."""
+        """Check fields that were read.
+
+        Default: they always fit each other.
+
+        Raises:
+            SettingError: fields do not fit each other.
+        """
 
     def to_data(self) -> dict[str, Any]:
         """JSON data: mappings, lists, numbers, texts and None."""
@@ -57,7 +70,11 @@ class Record:
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Data of any version that ever wrote them in the present form."""
+        """Data of any version that ever wrote them in the present form.
+
+        Args:
+            data: JSON data of a record.
+        """
         return data
 
 

@@ -1,4 +1,6 @@
-"""Record of a finding in words: a sentence with sizes by name in braces, which are data, so that each reader's units show them.
+"""Record of a finding in words.
+
+A sentence with sizes by name in braces, which are data, so that each reader's units show them.
 
 >>> size = SizeRecord(3.2, 3.1, 3.3, "%")
 >>> StatementRecord("youngs modulus", "The shaft is {change:stiffer|softer} than in the model", {"change": size}).place
@@ -22,8 +24,10 @@ POLAR, ORBIT = "polar", "orbit"
 
 @dataclass(frozen=True)
 class SizeRecord(Record):
-    """A size with the ends of its interval, None where open, in its unit. A vector has an angle, degrees: the phase lead of what it
-    makes in direction x, with the half-width of its interval."""
+    """A size with the ends of its interval, None where open, in its unit.
+
+    A vector has an angle, degrees: the phase lead of what it makes in direction x, with the half-width of its interval.
+    """
 
     value: float
     low: float | None

@@ -32,8 +32,9 @@ class StageRecord:
 
 @dataclass(frozen=True)
 class TraceRecord:
-    """Improvements of the best misfit that the true model has shown (`ksmea.identification.trace`), thinned; each column has one entry for
-    each. All but `seconds` is the same for the same seed.
+    """Improvements of the best misfit of the true model, thinned (`ksmea.identification.trace`).
+
+    Each column has one entry for each. All but `seconds` depends on the seed alone.
 
     Where the truth is known, `least` is the misfit at the maximum of the likelihood nearest to it, and `error` the root mean
     square over the unknowns of the deviation from it in units of the CRLB there; x is left out where there are errors.
@@ -61,11 +62,17 @@ class TraceRecord:
 
     @property
     def excess(self) -> Array | None:
-        """How much higher the misfit (n,) is than at the maximum nearest to the truth; None if nobody knows that."""
+        """Excess of the misfit (n,) over the maximum nearest to the true values.
+
+        None if these are not known.
+        """
         return None if self.least is None else np.array(self.misfit) - self.least
 
     def judged(self, parameters: Parameters, true: Array, crlb: Sequence[float | None], least: float | None) -> Self:
-        """This trace against true values (d,) SI and their CRLB. Unknowns that the data do not tell have no part in errors."""
+        """This trace against true values (d,) SI and their CRLB.
+
+        Unknowns that the data do not tell have no part in errors.
+        """
         bounds = np.array([np.nan if bound is None else bound for bound in crlb])
 
         def error(x: Sequence[float]) -> float:

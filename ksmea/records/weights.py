@@ -1,5 +1,8 @@
-"""Balancing results of a campaign: weights that were not known, influence coefficients, and the weights that cancel the
-unbalance. All values are SI; angles count from the same mark as the angles of known weights."""
+"""Balancing results of a campaign.
+
+Weights that were not known, influence coefficients, and the weights that cancel the unbalance. All values are SI;
+angles count from the same mark as the angles of known weights.
+"""
 
 from __future__ import annotations
 
@@ -34,8 +37,10 @@ class VectorRecord(Record):
 
 @dataclass(frozen=True)
 class InfluenceRecord(Record):
-    """Change of the response per unbalance in one plane, m/(kg m), (n_speed, n_channel): amplitude and phase (rad), and their
-    standard errors."""
+    """Change of the response per unbalance in one plane, m/(kg m), (n_speed, n_channel).
+
+    Amplitude and phase (rad), and their standard errors.
+    """
 
     position: Length
     plane: str
@@ -49,9 +54,12 @@ class InfluenceRecord(Record):
 
 @dataclass(frozen=True)
 class WeightsRecord(Record):
-    """`corrections` cancel the identified unbalance. `before` is the largest 1X amplitude (m) of the model at the measured
-    speeds in each channel, without weights; `after` that which is left with the corrections, as the root of its expected
-    square."""
+    """Weights found by a campaign fit, and corrections.
+
+    `corrections` cancel the identified unbalance. `before` is the largest 1X amplitude (m) of the model at the measured
+    speeds in each channel, without weights; `after` that which is left with the corrections, as the root of its
+    expected square.
+    """
 
     level: float
     weights: tuple[VectorRecord, ...]

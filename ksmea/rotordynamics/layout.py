@@ -1,4 +1,7 @@
-"""Parts of a rotor and their positions for a drawing to scale: SI, positions along the shaft from its left end."""
+"""Parts of a rotor and their positions for a drawing to scale.
+
+SI, positions along the shaft from its left end.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,10 @@ from ksmea.measurement.channel import Channel
 
 @dataclass(frozen=True)
 class ShaftSection:
-    """A length of shaft, of a layer around it or of a coupling in line, from `start` to `end` (m): a cylinder, or a cone whose radii at the
-    right end differ."""
+    """A length of shaft, of a layer around it or of a coupling in line, from `start` to `end` (m).
+
+    A cylinder, or a cone whose radii at the right end differ.
+    """
 
     start: float
     end: float
@@ -62,7 +67,10 @@ class UnbalanceMark:
 
 @dataclass(frozen=True)
 class EffectMark:
-    """An effect next to the rotor itself: its location in words, and positions on the shaft (m) if it sits at any."""
+    """An effect next to the rotor itself.
+
+    Its location in words, and positions on the shaft (m) if it sits at any.
+    """
 
     name: str
     where: str

@@ -49,8 +49,10 @@ class SeparationMargin:
 
 
 def peaks(speed: Array, amplitude: Array, channels: Sequence[Channel]) -> tuple[Peak, ...]:
-    """The peaks of amplitudes (n_speed, n_channel) at rising speeds (rad/s), by speed; those without a side that falls to half power
-    are left out."""
+    """The peaks of amplitudes (n_speed, n_channel) at rising speeds (rad/s), by speed.
+
+    Peaks without a side that falls to half power are left out.
+    """
     found = []
     for column, channel in zip(amplitude.T, channels):
         for index in np.flatnonzero((column[1:-1] > column[:-2]) & (column[1:-1] >= column[2:])) + 1:
@@ -77,7 +79,10 @@ def _margin(peak: Peak, low: float, high: float) -> SeparationMargin:
 
 
 def required_margin(factor: float, side: Side) -> float:
-    """Part of the nearer end of the operating range. A peak inside it cannot have one: what it would need just above is given."""
+    """Part of the nearer end of the operating range.
+
+    A peak inside it cannot have one: what it would need just above is given.
+    """
     if factor < CRITICALLY_DAMPED:
         return 0.0
     of_factor = BELOW * (1 - 1 / (factor - 1.5))

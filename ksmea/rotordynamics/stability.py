@@ -1,4 +1,7 @@
-"""The stability threshold: the lowest spin speed at which a free motion grows, and no steady response exists."""
+"""Stability threshold: the lowest spin speed at which a free vibration grows.
+
+No steady-state response exists there.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +23,11 @@ def scanned_speeds(highest: float) -> Array:
 
 
 def lowest_unstable_speed(growth_rate: Callable[[Array], Array], highest: float) -> float:
-    """The lowest speed up to `highest` (rad/s) at which a growth rate, a function of speeds (n,) to (n,) 1/s, is above 0:
-    0 where it is so from rest, infinite where it is so nowhere."""
+    """Lowest speed up to `highest` (rad/s) at which a growth rate is above 0.
+
+    The growth rate is a function of speeds (n,) to (n,) 1/s. The result is 0 if it is so from rest, infinite if
+    nowhere.
+    """
     speed = scanned_speeds(highest)
     unstable = np.flatnonzero(growth_rate(speed) > 0)
     if not len(unstable):
@@ -36,15 +42,19 @@ def lowest_unstable_speed(growth_rate: Callable[[Array], Array], highest: float)
 
 
 def grows_nowhere(growth_rate: Callable[[Array], Array], highest: float) -> bool:
-    """Whether a growth rate, as above, is above 0 at none of the speeds that are looked at; the highest of them, at which most
-    rotors that are unstable are so, is requested first and alone."""
+    """Whether a growth rate, as above, is above 0 at none of the speeds that are looked at.
+
+    The highest of them, at which most rotors that are unstable are so, is requested first and alone.
+    """
     last, others = np.split(scanned_speeds(highest)[::-1], [1])
     return not (np.any(growth_rate(last) > 0) or np.any(growth_rate(others) > 0))
 
 
 def last_stable(is_stable: Callable[[float], bool]) -> float:
-    """The largest part, from 0 to 1, of the way from a stable state to an unstable one up to which `is_stable`, within
-    2^-`N_HALVING` of it."""
+    """Largest part of the way from a stable state to an unstable one up to which `is_stable`.
+
+    It is from 0 to 1, within 2^-`N_HALVING`.
+    """
     low, high = 0.0, 1.0
     for _ in range(N_HALVING):
         middle = (low + high) / 2

@@ -21,7 +21,10 @@ SIGNS = {FORWARD: 1.0, BACKWARD: -1.0}
 
 
 def tracked(motions: Sequence[Motions], n_branch: int) -> Branches:
-    """The first `n_branch` modes of any speed, followed over all speeds of `motions`, of which each has some more."""
+    """First `n_branch` modes of any speed, followed over all speeds of `motions`.
+
+    Each of these has some more modes.
+    """
     n_speed = len(motions)
     histories: list[dict[int, int]] = []  # of each branch: motion by index of the speed
     open_branches: list[int] = []

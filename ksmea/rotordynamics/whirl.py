@@ -1,5 +1,8 @@
-"""Free whirling motions of a rotor, as rotordynamics describes them. A free motion is Re(q e^{λt}), λ = σ + iω_d; forward whirl
-turns with the shaft. The contract of what tells them, for drawings, is `FreeRotor`."""
+"""Free whirling motions of a rotor, as rotordynamics describes them.
+
+A free motion is Re(q e^{λt}), λ = σ + iω_d; forward whirl turns with the shaft. The contract of what tells them, for
+drawings, is `FreeRotor`.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +25,10 @@ STRAIGHT = 1e-6  # an orbit's minor axis relative to its major one below which i
 
 @dataclass(frozen=True, eq=False)
 class Motions:
-    """The oscillating free motions at one spin speed (rad/s), by rising frequency. Shapes are deflections in x and y at
-    places along the shaft, the largest of each motion 1."""
+    """The oscillating free motions at one spin speed (rad/s), by rising frequency.
+
+    Shapes are deflections in x and y at places along the shaft, the largest of each motion 1.
+    """
 
     speed: float
     eigenvalue: ComplexArray  # (n_motion,) rad/s
@@ -76,7 +81,10 @@ class CriticalSpeed:
 
     @property
     def amplification_factor(self) -> float | None:
-        """1/(2ζ), what a response to unbalance is multiplied by there; None for a motion that grows or is not damped."""
+        """1/(2ζ), what a response to unbalance is multiplied by there.
+
+        None for a motion that grows or is not damped.
+        """
         ratio = self.damping_ratio
         return 1 / (2 * ratio) if ratio > 0 else None
 
@@ -132,8 +140,10 @@ def log_decrement(eigenvalue: ComplexArray) -> Array:
 
 
 def direction_of_whirl(x: ComplexArray, y: ComplexArray) -> str:
-    """Direction of the orbits Re(x e^{iωt}), Re(y e^{iωt}) in which almost all of a shape (n_place,) whirls; mixed where places
-    differ or move along lines. Squared amplitudes vote, so that what hardly moves, as next to a node, makes no motion mixed.
+    """Direction in which almost all of a shape (n_place,) whirls.
+
+    Orbits are Re(x e^{iωt}), Re(y e^{iωt}); mixed if places differ or move along lines. Squared amplitudes vote, so
+    that places that hardly move, as next to a node, make no motion mixed.
 
     An orbit is a forward circle of radius |x + iy|/2 and a backward one of radius |x − iy|/2; the difference of
     their squares is Im(x ȳ), which is ±(|x|² + |y|²)/2 for a circle and 0 for a line.
@@ -146,7 +156,10 @@ def direction_of_whirl(x: ComplexArray, y: ComplexArray) -> str:
 
 
 def roundness(x: ComplexArray, y: ComplexArray) -> Array:
-    """Roundness of the orbit at each place (n_place,): 1 a forward circle, −1 a backward one, 0 a line; NaN if it hardly moves."""
+    """Roundness of the orbit at each place (n_place,): 1 a forward circle, −1 a backward one, 0 a line.
+
+    NaN if it hardly moves.
+    """
     power = np.abs(x) ** 2 + np.abs(y) ** 2
     moving = power > STILL**2 * power.max()
     return np.where(moving, 2 * np.imag(x * y.conj()) / np.where(moving, power, 1.0), np.nan)
@@ -180,13 +193,17 @@ class FreeRotor(ABC):
 
     @abstractmethod
     def motions(self, speed: Array, *, damping: float = 1.0) -> list[Motions]:
-        """The oscillating free motions at spin speeds (n_speed,) rad/s, with a part of all damping and of the part of stiffness that is not
-        symmetric; 0: undamped."""
+        """Oscillating free vibrations at spin speeds (n_speed,) rad/s, with a part of all damping.
+
+        The part also applies to the part of stiffness that is not symmetric; 0: undamped.
+        """
 
     @abstractmethod
     def frequencies(self, speed: Array, *, damped: bool = True) -> Array:
-        """Damped natural frequencies (n_speed, n) rad/s at spin speeds (n_speed,), rising, 0 in place of motions that do not
-        oscillate, damped or undamped as above: each column is a continuous function of the speed."""
+        """Natural frequencies (n_speed, n) rad/s at spin speeds (n_speed,), rising, 0 if not oscillating.
+
+        They are damped, or undamped as in `motions`: each column is a continuous function of the speed.
+        """
 
     @abstractmethod
     def shapes(self, speed: float, places: Sequence[float]) -> Motions:
@@ -194,7 +211,10 @@ class FreeRotor(ABC):
 
     @abstractmethod
     def undamped_critical_speeds(self, stiffness: float) -> tuple[Array, Array]:
-        """Forward and backward undamped critical speeds (rad/s), rising, on bearings of one stiffness (N/m) in x and y."""
+        """Forward and backward undamped critical speeds (rad/s), rising, on equal bearings.
+
+        Their stiffness (N/m) is equal in x and y.
+        """
 
     @property
     @abstractmethod

@@ -1,4 +1,7 @@
-"""Names of the module that stood at `ksmea.settings` come from `ksmea.settings.settings` for one release. Shorter than 40 lines: it only forwards."""
+"""Forwarded names of the module that was `ksmea.settings`, for one release.
+
+They come from `ksmea.settings.settings`. Shorter than 40 lines: it only forwards.
+"""
 
 from typing import Any
 

@@ -1,4 +1,6 @@
-"""Reading a file that a user names, and opening the program's own: regular ones alone, and of these never what a link points to.
+"""Reading a file that a user names, and opening the program's own.
+
+Regular ones alone, and of these never what a link points to.
 
 A folder of results may come from anywhere. A pipe in the place of a file would be waited for for ever, and a link would
 be written through to whatever it names.

@@ -1,4 +1,4 @@
-"""Settings of plugins: frozen dataclasses whose fields carry their documentation, unit, source and legal range.
+"""Settings of plugins: frozen dataclasses whose fields carry help, unit, source and legal range.
 
 A plugin's settings are its dataclass fields. `setting` writes one, `Settings` checks them all when an instance is
 made, so a plugin built by hand is as safe as one that came from a command line.
@@ -32,10 +32,27 @@ def setting(
     at_most: float | None = None,
     choices: tuple[str, ...] = (),
 ) -> Any:
-    """A dataclass field with its documentation and legal range; a mutable default is copied per instance.
+    """Dataclass field with its documentation and legal range.
 
-    `None` is legal where the field's type admits it; ranges then apply to other values only. A range on a list
-    applies to each of its entries.
+    Args:
+        default: default value; a mutable one is copied per instance. None is legal if the field's type admits it.
+        help: noun phrase for the help and the documentation.
+        unit: unit of the value.
+        source: paper or standard that the default or the setting comes from.
+        at_least: smallest legal number; on a list of each entry, like the other ranges.
+        above: limit that numbers must exceed.
+        at_most: largest legal number.
+        choices: legal values, or legal entries of a list.
+
+    Returns:
+        Field for the body of a dataclass.
+
+    >>> @dataclass(frozen=True)
+    ... class Probe(Settings):
+    ...     position: float = setting(0.1, "position on the shaft", unit="m", at_least=0)
+    >>> Probe(position=-1.0)
+    Traceback (most recent call last):
+    ksmea.errors.SettingError: position: expected a number at least 0, got -1.0
     """
     limits = {"at_least": at_least, "above": above, "at_most": at_most}
     metadata = {"help": help, "unit": unit, "source": source, "choices": choices, **limits}
@@ -45,8 +62,14 @@ def setting(
 
 
 def part(help: str, *, at_least: float | None = None) -> Any:
-    """A dataclass field that holds a part of a method: another plugin, or the number of samples. A run chooses parts
-    next to the settings (`surrogate=kriging samples=40`), so that they are no settings of the method itself."""
+    """Dataclass field that holds a part of a method: another plugin, or the number of samples.
+
+    A run chooses parts next to the settings (`surrogate=kriging samples=40`), so that they are no settings of the method itself.
+
+    Args:
+        help: noun phrase for the help and the documentation.
+        at_least: smallest legal number.
+    """
     return dataclasses.field(metadata={"help": help, "is_part": True, "at_least": at_least})
 
 
@@ -62,7 +85,13 @@ def part_fields(settings: type) -> list[dataclasses.Field[Any]]:
 
 @dataclass(frozen=True)
 class Settings(ABC):  # noqa: B024 – the contracts that derive from it have abstract methods
-    """Base of settings that checks each field's type and range; override `check` for conditions between fields."""
+    """Base of settings that checks each field's type and range.
+
+    A subclass is a frozen dataclass whose fields are made by `setting`; it overrides `check` for conditions between fields.
+
+    Raises:
+        SettingError: a value is not of the field's type, range or choices, or `check` raises it.
+    """
 
     def __post_init__(self) -> None:
         require_free_names(type(self))
@@ -70,23 +99,39 @@ class Settings(ABC):  # noqa: B024 – the contracts that derive from it have ab
         self.check()
 
     def check(self) -> None:  # noqa: B027 – may be left out
-        """Raise `SettingError` if the fields do not fit each other."""
+        """Check conditions between fields.
+
+        Default: none.
+
+        Raises:
+            SettingError: the fields do not fit each other.
+        """
 
     def fingerprint(self) -> str:
-        """Hash of the content of a file that the settings name but do not hold: a changed file is another question.
-        Default: '', they name none."""
+        """Hash of the content of a file that the settings name but do not hold.
+
+        If it changes, results are stale.
+
+        Default: '', they name none.
+        """
         return ""
 
     def seeded(self, seed: int) -> AbstractContextManager[None]:
         """Seed the generators that a library shares globally (torch, …) for a block, and restore them.
 
         Default: nothing to seed; `random` and `numpy.random` are always seeded.
+
+        Args:
+            seed: seed of the block.
         """
         return nullcontext()
 
     @property
     def parts(self) -> Sequence[Settings]:
-        """Plugins that take part without being chosen by the run itself, such as effects. Default: none."""
+        """Plugins that take part without being chosen by the run itself, such as effects.
+
+        Default: empty.
+        """
         return ()
 
 
@@ -111,7 +156,7 @@ def require_free_names(settings: type) -> None:
 
 
 def check_values(settings: type, values: Mapping[str, Any]) -> None:
-    """Raise `SettingError` if a value by the name of its setting is not of the setting's type, range or choices."""
+    """Raise `SettingError` if a value by the name of its setting has a wrong type, range or choice."""
     for name, hint, metadata in _checked_fields(settings):
         if name in values:
             _check_field(name, hint, metadata, values[name])

@@ -1,4 +1,6 @@
-"""YAML in which a value is a number, a text, nothing, a list or a mapping, and never something else by surprise.
+"""YAML in which a value is a number, a text, nothing, a list or a mapping.
+
+It is never something else by surprise.
 
 PyYAML follows YAML 1.1, where 2e11 is a text, 010 is eight, 1:30 is ninety and `no` is false. Here a number is what
 a calculator takes for one, and a key that stands twice in a mapping is an error instead of the last one winning.
@@ -72,7 +74,10 @@ class StrictLoader(yaml.SafeLoader):
         return node
 
     def flatten_mapping(self, node: yaml.MappingNode) -> None:
-        """Keys of the mapping itself come before merged ones. Of a key that two merges bring, one would win: an error."""
+        """Keys of the mapping itself come before merged ones.
+
+        If two merges bring one key, it is an error.
+        """
         own = [pair for pair in node.value if pair[0].tag != MERGE]
         super().flatten_mapping(node)
         given = {key.value for key, _ in own if isinstance(key, yaml.ScalarNode)}

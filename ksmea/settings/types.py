@@ -1,4 +1,7 @@
-"""The types that settings may have: whether a value is of one, what a file's text becomes as one, and its name in words."""
+"""The types that settings may have.
+
+The module checks whether a value is of a type, converts a file's text, and names types in words.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,9 @@ NUMBERS = {bool: (bool,), int: (int,), float: (int, float)}  # what counts as ea
 
 
 def is_of(value: Any, hint: Any) -> bool:
-    """Whether a value is of the type that a hint names; a hint of another kind than settings have takes anything.
+    """Whether a value is of the type that a hint names.
+
+    A hint of another kind than settings have takes anything.
 
     >>> is_of(3, float), is_of(True, int), is_of([1.0, "a"], list[float]), is_of(None, int | None)
     (True, False, False, True)

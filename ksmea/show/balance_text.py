@@ -1,4 +1,7 @@
-"""A balancing in sentences and tables: corrections first, then weights, coefficients, what moves and what does not fit."""
+"""A balancing in sentences and tables.
+
+Corrections first, then weights, coefficients, what moves and what does not fit.
+"""
 
 from __future__ import annotations
 
@@ -40,8 +43,10 @@ def text(record: BalanceRecord) -> str:
 
 
 def frame(record: BalanceRecord) -> pd.DataFrame:
-    """A row per entry of the bare response (position empty, µm) and of each plane's influence coefficients, µm per unit of
-    weights."""
+    """Table with a row per entry of the bare response and of each plane's influence coefficients.
+
+    The bare response has no position and is in µm, the coefficients are in µm per unit of weights.
+    """
     of_planes = ((plane.position, f"µm/({plane.unit})", plane.coefficients) for plane in record.planes)
     rows = [(None, "µm", record.bare), *of_planes]
     return pd.DataFrame(
@@ -122,7 +127,10 @@ def _correction(record: BalanceRecord) -> str:
 
 
 def _left(record: BalanceRecord) -> str:
-    """Residual vibration after the correction; no figure if it is 0 by calculation, with as many weights as readings."""
+    """Residual vibration after the correction.
+
+    No figure if it is 0 by calculation, with as many weights as readings.
+    """
     before, after = _root_sum(record.correction.bare), _root_sum(record.correction.left)
     if len(record.entries) <= len(record.correction.weight):
         highest = [each.high for each in record.correction.left if each.high is not None]
@@ -141,7 +149,7 @@ def _left(record: BalanceRecord) -> str:
 
 
 def _hardly_determined(record: BalanceRecord) -> str:
-    """The warning that planes are nearly dependent, and the part of the correction that the readings do show."""
+    """Warning of nearly dependent planes, with the part of the correction that the readings determine."""
     found = record.correction
     condition = "infinite" if found.condition is None else number(found.condition, 3)
     by = "without limit" if found.condition is None else f"by up to {number(found.condition, 2)} %"

@@ -1,4 +1,6 @@
-"""Findings of a diagnosis in words, as its text and its page say them: title, meaning, certainty, checks, and other explanations.
+"""Findings of a diagnosis in words, as its text and its page say them.
+
+Title, meaning, certainty, checks, and other explanations.
 
 Noise that an explanation needs, relative to the best one, is exp(Δ/2n) if the noise is estimated, and √(1 + Δ/χ²) if it
 is known: Δ is the rise of the deviance above the best one, n the number of real data, and χ² the weighted sum of squares of the best
@@ -42,7 +44,7 @@ MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
 
 @dataclass(frozen=True)
 class Other:
-    """An explanation that is not the best one, at its best location, and the noise that it needs relative to the best one."""
+    """Explanation that is not the best one, at its best location, with the noise relative to the best one."""
 
     trial: TrialRecord
     words: str
@@ -135,7 +137,7 @@ def checks(record: DiagnosisRecord) -> list[str]:
 
 
 def others(record: DiagnosisRecord) -> list[Other]:
-    """All effects but the named ones at their best locations, the least noise first; empty without curves or a cause."""
+    """All effects but the named ones at their best locations, least noise first; empty without curves."""
     best = _best(record)
     if best is None or record.curves is None:
         return []
@@ -184,8 +186,10 @@ def file_line(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
 
 
 def values(record: DiagnosisRecord) -> pd.DataFrame:
-    """Unknowns by the accepted model: value, interval, relative half-width, and how far the cause moved them; of a cause that is
-    located the ones fitted with it. A rejected model has values alone: intervals of a wrong model mislead."""
+    """Unknowns by the accepted model: value, interval, relative half-width, and shift by the cause.
+
+    For a located cause they are fitted with it. A rejected model has values alone: intervals of a wrong model mislead.
+    """
     averaged = averaged_values(record)
     rows = [
         {"": each.name, "value": value, "95 %": interval, "±": relative, "unit": each.unit}
@@ -212,7 +216,7 @@ def values(record: DiagnosisRecord) -> pd.DataFrame:
 
 
 def beside(record: DiagnosisRecord) -> list[EstimateRecord]:
-    """Unknowns fitted with something unknown that is located, with intervals over all its places; empty for other verdicts."""
+    """Unknowns fitted with a located unknown force, with intervals over all its places; otherwise empty."""
     if record.verdict != LOCATED or record.location is None:
         return []
     return [each.over_sites for each in record.location.coefficients if each.over_sites is not None]
@@ -225,7 +229,7 @@ def where(quality: FitQualityRecord, notation: Notation = PLAIN) -> str:
 
 
 def chance(quality: FitQualityRecord) -> str:
-    """Its p: 'p = 0.31'; at the resolution of the simulation 'p ≤ 1/4001', with the statistic if it is alone there."""
+    """Value of p in words: 'p = 0.31'; 'p ≤ 1/4001', with its statistic, at the simulation's resolution."""
     if not math.isclose(quality.p * RESOLUTION, 1.0, rel_tol=1e-6):
         return f"p = {two_digits(quality.p)}"
     lowest = [name for name, p in quality.p_by_statistic.items() if p <= min(quality.p_by_statistic.values())]
@@ -239,8 +243,7 @@ def cause(trial: TrialRecord) -> str:
 
 
 def verdict_line(record: DiagnosisRecord) -> str:
-    """The verdict and what it names or locates, for example 'Verdict: named – runout (at 0.1 m)', and whether left-out data
-    fail to confirm it."""
+    """Verdict with its cause, 'Verdict: named – runout (at 0.1 m)', and any doubt by left-out data."""
     return f"{_verdict(record)}{_doubt(record)}"
 
 

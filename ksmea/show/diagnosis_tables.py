@@ -1,4 +1,7 @@
-"""The tables of a diagnosis as text and pages show them: numbers to the digits that their intervals support, '–' for missing ones."""
+"""The tables of a diagnosis as text and pages show them.
+
+Numbers to the digits that their intervals support, '–' for missing ones.
+"""
 
 from __future__ import annotations
 
@@ -48,8 +51,11 @@ def trials_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
 
 
 def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
-    """Every unknown of the model as given; if an extension explains the data, also with that (`after`), with the
-    extension's own, and averaged over all explanations where there are several. Intervals belong to models that are not rejected."""
+    """Every unknown of the model as given.
+
+    If an extension explains the data, also with that (`after`), with the extension's own, and averaged over all
+    explanations where there are several. Intervals belong to models that are not rejected.
+    """
     if all(row.after is None for row in record.coefficients):
         if record.is_rejected:
             return _of_rejected(record)
@@ -116,15 +122,20 @@ def _unit(*estimated: EstimateRecord | None) -> str:
 
 
 def values_beside(record: DiagnosisRecord) -> list[str]:
-    """Unknowns fitted with something unknown, which hold whatever its cause: of a cause that is located, or ambiguous."""
+    """Unknowns fitted with something unknown, which hold whatever its cause.
+
+    They are given for a cause that is located, or ambiguous.
+    """
     if record.location is None or record.verdict not in ("located", "ambiguous") or not record.location.is_local:
         return []
     return [f"Values whatever the cause is:\n{table}" for table in location_text.coefficients(record.location)]
 
 
 def values_of_rejected(record: DiagnosisRecord) -> str:
-    """Unknowns of the model as given where it is rejected and nothing explains the data: without intervals, which a wrong model
-    does not have."""
+    """Unknowns of the model as given where it is rejected and nothing explains the data.
+
+    They have no intervals, which do not exist for a wrong model.
+    """
     if record.verdict != "unknown" or (record.location is not None and record.location.force is not None):
         return ""  # values beside what is unknown stand with the location
     table = in_columns(_of_rejected(record))

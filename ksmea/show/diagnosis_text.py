@@ -53,8 +53,7 @@ FEWEST_TO_LOCATE = 3  # channels: an unknown force takes two at each speed
 
 
 def text(record: DiagnosisRecord) -> str:
-    """The diagnosis as an engineer would say it: finding, certainty, checks, then the evidence; below it, apart, what synthetic data
-    were made to hide."""
+    """Diagnosis as text: finding, certainty, checks, evidence, and hidden effects of synthetic data."""
     blocks = [_finding(record), notes(record), evidence(record), hidden_text(record.hidden, "diagnosis")]
     return "\n\n".join(block for block in blocks if block)
 
@@ -99,8 +98,11 @@ def _sentence(lines: Iterable[str]) -> str:
 
 
 def about_extension(record: DiagnosisRecord) -> list[str]:
-    """Head of the file of the extended model: whether it is one of several that fit about as well and the measurement that would
-    distinguish them, the data that it was fitted to, and its effects with their sizes."""
+    """Head of the file of the extended model.
+
+    It states whether the model is one of several that fit about as well and the measurement that would distinguish
+    them, the data that it was fitted to, and its effects with their sizes.
+    """
     if record.verdict == "located" and record.location is not None:
         return location_text.about_extension(record.location)
     lines = []
@@ -117,8 +119,7 @@ def about_extension(record: DiagnosisRecord) -> list[str]:
 
 
 def frame(record: DiagnosisRecord) -> pd.DataFrame:
-    """The ranked effects, a row per unknown of each effect at each location; sizes and the ends of their intervals in
-    `unit`, NaN where open."""
+    """Ranked effects, a row per unknown of each effect and location; in `unit`, NaN if an end is open."""
     rows = [
         {
             "rank": rank,
@@ -142,8 +143,7 @@ def frame(record: DiagnosisRecord) -> pd.DataFrame:
 
 
 def coefficients_frame(record: DiagnosisRecord) -> pd.DataFrame:
-    """Every unknown before and after the extension, and averaged over all explanations if there are several, with its
-    interval, in `unit`; NaN for missing values."""
+    """Table of unknowns before and after the extension and averaged, with intervals, in `unit`."""
     rows, averaged = [], averaged_values(record)
     columns = ("before", "after", "averaged") if averaged else ("before", "after")
     for coefficient in record.coefficients:
@@ -164,7 +164,7 @@ def plot(record: DiagnosisRecord, axes: Axes | None = None) -> Figure:
 
 
 def diagnosis_chart(record: DiagnosisRecord) -> Chart:
-    """A stack per channel: amplitude measured and fitted, and residuals before and after in units of one law of noise."""
+    """Stack per channel: amplitudes, and residuals before and after in units of one law of noise."""
     response = of_diagnosis(record)
     if response is None:
         raise SettingError(
@@ -284,7 +284,7 @@ def _not_in_library(record: DiagnosisRecord, names: str) -> list[str]:
 
 
 def _where_to_look(record: DiagnosisRecord) -> list[str]:
-    """Advice to locate the cause, which needs complex data that over-determine an unknown force; empty if it was located."""
+    """Advice to locate the cause with complex data that over-determine an unknown force; empty if located."""
     if record.location is not None:
         return []
     curves = record.curves
@@ -315,8 +315,10 @@ def _location(record: DiagnosisRecord) -> str:
 
 
 def why_without(record: DiagnosisRecord) -> list[str]:
-    """Reason why unknowns without a location's unknown force differ from the model as given, and which values to trust: with a
-    named cause the values of the extended model, without one the values estimated with the unknown force."""
+    """Reason why unknowns without a location's unknown force differ, and which values to trust.
+
+    With a named cause these are the values of the extended model, without one the values estimated with the unknown force.
+    """
     if record.location is None or record.location.force is None:
         return []
     if record.is_explained:
@@ -325,8 +327,7 @@ def why_without(record: DiagnosisRecord) -> list[str]:
 
 
 def _listed(record: DiagnosisRecord) -> list[TrialRecord]:
-    """The best location of each of the highest-ranked effects, and, at whatever rank, of effects that are named or explain the
-    data about as well; also the locations at which effects are applied."""
+    """Best location of the highest-ranked effects, and of effects named, applied or about as good."""
     best: dict[str, TrialRecord] = {}
     for trial in record.ranking:
         best.setdefault(trial.effect, trial)
@@ -338,7 +339,7 @@ def _listed(record: DiagnosisRecord) -> list[TrialRecord]:
 
 
 def _ranking(record: DiagnosisRecord) -> str:
-    """The highest-ranked effects with their evidence; intervals of their sizes only if a model is accepted."""
+    """Highest-ranked effects with their evidence; sizes have intervals only if a model is accepted."""
     if not record.ranking:
         return ""
     table = in_columns(ranking_table(_listed(record), with_intervals=not record.is_unexplained))
@@ -365,7 +366,7 @@ def _not_confirmed(record: DiagnosisRecord) -> str:
 
 
 def _unknowns(record: DiagnosisRecord) -> str:
-    """Unknowns of a model that explains the data; with an effect, `_predictive_gain` lists them before and after it."""
+    """Unknowns of a model that explains the data without an effect (with one, see `_predictive_gain`)."""
     has_any = any(row.before is not None for row in record.coefficients)
     return in_columns(unknowns_table(record)) if record.verdict in ("adequate", "not observable") and has_any else ""
 

@@ -1,4 +1,4 @@
-"""How well data would determine the unknowns, in sentences, and a table of how other data would change that."""
+"""Precision of the unknowns in sentences, and a table of it with other data."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ COLUMNS = ("variation", "value", "parameter", "unit", "true", "crlb", "crlb_pct"
 
 
 def text(record: IdentifiabilityRecord, title: str = "", *, with_variations: bool = True) -> str:
-    """Sentences on the unknowns that the data determine and the ones that they do not; below them how that varies with the data."""
+    """Sentences on the unknowns that the data determine and the ones that they do not.
+
+    Below them how that varies with the data.
+    """
     lines = [*([title] if title else []), *fit_warning(record.lack_of_fit, "the intervals"), *sentences(record)]
     if with_variations and record.variations:
         lines += ["", _variations_text(record)]
@@ -39,8 +42,11 @@ def text(record: IdentifiabilityRecord, title: str = "", *, with_variations: boo
 
 
 def frame(record: IdentifiabilityRecord) -> pd.DataFrame:
-    """Tidy table: a row per variation, value and parameter; `true` and `crlb` (1 σ) in the parameter's unit, `half_width_pct`
-    for the interval at `level`. The variation 'present' is the data as they are."""
+    """Tidy table: a row per variation, value and parameter.
+
+    `true` and `crlb` (1 σ) in the parameter's unit, `half_width_pct` for the interval at `level`. The variation
+    'present' is the data as they are.
+    """
     rows = []
     for variation, value, crlbs in _cases(record):
         for parameter, crlb in zip(record.parameters, crlbs):
@@ -55,7 +61,7 @@ def frame(record: IdentifiabilityRecord) -> pd.DataFrame:
 
 
 def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
-    """Sentences on the data, on how well they determine each unknown, and on unknowns that are not identifiable."""
+    """Sentences on the data, on the precision of each unknown, and on unknowns that are not identifiable."""
     yield f"With {_data_text(record.data)}"
     classes: dict[str, list[str]] = {}
     for parameter in record.parameters:
@@ -91,7 +97,10 @@ def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
 
 
 def _cases(record: IdentifiabilityRecord) -> Iterator[tuple[str, str, Array]]:
-    """Variation, value in words and CRLBs (d,), SI, infinite where not identifiable: the present data first."""
+    """Variation, value in words and CRLBs (d,), SI, infinite where not identifiable.
+
+    The present data first.
+    """
     yield "present", "", record.crlb_si
     for entry in record.variations:
         yield entry.variation, _value_text(entry.variation, entry.value), entry.crlb_si
@@ -148,7 +157,10 @@ def _numbers_text(record: IdentifiabilityRecord) -> Iterator[str]:
 
 
 def _variations_text(record: IdentifiabilityRecord) -> str:
-    """Half-widths in per cent; for a true value of 0 and an angle in its unit. A star marks the data as they are."""
+    """Half-widths in per cent; for a true value of 0 and an angle in its unit.
+
+    A star marks the data as they are.
+    """
     units = ["%" if parameter.base else parameter.unit for parameter in record.parameters]
     present = set(_present(record.data))
     lines, before = [], None

@@ -41,8 +41,10 @@ COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limi
 
 
 def text(record: IdentificationRecord, title: str = "") -> str:
-    """Values with intervals, what the data do not determine, the noise, and how well the fit explains the data; a line each,
-    below a title and the data. What synthetic data were made to hide follows apart from it."""
+    """Text of an identification: values with intervals, undetermined unknowns, noise, and fit.
+
+    There is a line for each, below a title and the data. What synthetic data hide follows apart from it.
+    """
     found = "\n".join(_lines(record, title))
     beside = [] if record.location is None else [location_text.text(record.location), *_why_without(record.location)]
     return "\n\n".join(filter(None, [found, *beside, hidden_text(record.hidden, "identification")]))
@@ -53,8 +55,11 @@ def _why_without(found: LocationRecord) -> list[str]:
 
 
 def residual_frame(record: IdentificationRecord) -> pd.DataFrame:
-    """A row per speed and channel: data and fitted response (µm 0-peak, degrees of lead), residuals in standard deviations of the
-    noise. Raises `SettingError` if the record has no fit."""
+    """A row per speed and channel.
+
+    Data and fitted response (µm 0-peak, degrees of lead), residuals in standard deviations of the noise. Raises
+    `SettingError` if the record has no fit.
+    """
     if record.fit is None:
         raise SettingError("residuals: expected an identification with its fit, got a record without; identify again")
     response = of_fit(record.fit)
@@ -73,9 +78,12 @@ def residual_frame(record: IdentificationRecord) -> pd.DataFrame:
 
 
 def frame(record: IdentificationRecord) -> pd.DataFrame:
-    """A row per parameter, in its unit: `low` and `high` are empty if the data leave that side open, `kind` says how the
-    interval was made, `crlb` is the Cramér–Rao bound (1 σ) at the values, `search_end` is the value at which the method stopped.
-    With a location, also the values estimated with the unknown quantity, over all accepted sites."""
+    """A row per parameter, in its unit.
+
+    `low` and `high` are empty if the data leave that side open, `kind` says how the interval was made, `crlb` is the
+    Cramér–Rao bound (1 σ) at the values, `search_end` is the value at which the method stopped. With a location, also
+    the values estimated with the unknown quantity, over all accepted sites.
+    """
     rows = [
         (
             *(part.name, part.unit),
@@ -101,7 +109,10 @@ def frame(record: IdentificationRecord) -> pd.DataFrame:
 
 
 def table(record: IdentificationRecord) -> pd.DataFrame:
-    """Table of the estimates for readers: each number rounded to what its interval warrants; '–' if it does not exist."""
+    """Table of the estimates for readers: each number rounded to what its interval warrants.
+
+    '–' if it does not exist.
+    """
     found = frame(record)
     shown = pd.DataFrame({"unknown": found["parameter"], **_in_columns(found, ""), "unit": found["unit"]})
     if "value_beside" in found:
@@ -128,8 +139,11 @@ def _in_columns(found: pd.DataFrame, suffix: str) -> dict[str, list[str]]:
 
 
 def plot(record: IdentificationRecord, axes: Axes | None = None, title: str = "") -> Figure:
-    """Data and fit of a record with details: a figure of all channels with amplitudes, phases where there are any, and
-    residuals. On given axes the amplitude of the first channel alone."""
+    """Data and fit of a record with details.
+
+    A figure of all channels with amplitudes, phases where there are any, and residuals. On given axes the amplitude of
+    the first channel alone.
+    """
     if record.fit is None:
         raise SettingError("plot: expected a record with data and fit, got none; identify with details=True")
     made = drawn(identification_chart(record, title), axes)

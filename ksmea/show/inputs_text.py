@@ -1,4 +1,7 @@
-"""Numbers that are known to a tolerance, as sentences and a table: what the data say of them, and what they do to intervals."""
+"""Numbers that are known to a tolerance, as sentences and a table.
+
+They state the evidence of the data on them, and their influence on intervals.
+"""
 
 from __future__ import annotations
 

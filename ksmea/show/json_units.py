@@ -29,7 +29,9 @@ PAIR = 2  # numbers up to which a list is told in the units of texts too; curves
 
 
 def with_units(record: Record) -> dict[str, Any]:
-    """Data of `record.shown_data()` with units, preceded by how they are given; unchanged if no unit is known.
+    """Data of `record.shown_data()` with units, preceded by how they are given.
+
+    Unchanged if no unit is known.
 
     >>> from ksmea.records.estimate import NoiseLevelRecord
     >>> with_units(NoiseLevelRecord(0.05, 2e-8))["floor_um"]
@@ -65,7 +67,10 @@ def _labelled(value: Any, data: Any) -> Any:
 
 @cache
 def units_of(record: type) -> Mapping[str, Rule]:
-    """The unit of each field and property of a dataclass whose type has one, or the function of a result that gives it."""
+    """Unit of each field and property of a dataclass whose type has one, or the function that gives it.
+
+    The function is of a result.
+    """
     hints = get_type_hints(record, include_extras=True)
     for name, member in inspect.getmembers(record, lambda member: isinstance(member, property)):
         hints[name] = get_type_hints(member.fget, include_extras=True).get("return")

@@ -1,4 +1,4 @@
-"""A location in sentences: where something acts that the model lacks, what it does, and the unknowns fitted with it."""
+"""Text of a location: where something acts that the model lacks, its action, and the unknowns."""
 
 from __future__ import annotations
 
@@ -51,8 +51,7 @@ def text(record: LocationRecord) -> str:
 
 
 def findings(record: LocationRecord) -> list[str]:
-    """Paragraphs on where something acts, what it does, which law it follows, what that is worth, and the unknowns fitted
-    with it."""
+    """Paragraphs on the site, action, law and its gain, and the unknowns fitted with it."""
     return [*findings_without_values(record), *coefficients(record)]
 
 
@@ -271,8 +270,10 @@ def why_without(others: str, trusted: str = OVER_SITES) -> str:
 
 
 def coefficients(record: LocationRecord) -> list[str]:
-    """The table of unknowns fitted with the unknown force and without it; empty where nothing is. Intervals are shown only if it is located:
-    what is spread over the shaft no force at one place stands for."""
+    """The table of unknowns fitted with the unknown force and without it; empty where nothing is.
+
+    Intervals are shown only if it is located: what is spread over the shaft no force at one place stands for.
+    """
     if record.force is None:
         return []
     level = f"{100 * record.interval_level:g} %"

@@ -27,8 +27,10 @@ def headline(record: LocationRecord) -> str:
 
 
 def in_short(record: LocationRecord) -> str:
-    """The places of the law that holds, or the accepted sites of each quantity, in a line: 'force at 0.5 m (disk 2), which acts
-    as a spring', 'force at 0.5 m (disk 2) or moment at 0.2 m (disk 1)'."""
+    """The places of the law that holds, or the accepted sites of each quantity, in a line.
+
+    'force at 0.5 m (disk 2), which acts as a spring', 'force at 0.5 m (disk 2) or moment at 0.2 m (disk 1)'.
+    """
     if (law := record.law) is not None:
         places = dict.fromkeys(each.position for each in record.law_class if each.key == law.key)
         return f"{law.kind} at {' or '.join(place(record, each) for each in places)}, which acts as {law.law}"
@@ -72,8 +74,10 @@ def spread(record: LocationRecord, quantity: str) -> str:
 
 
 def law_words(law: LawRecord) -> str:
-    """Action of a law, as "it opposes the motion like a spring, 2.1 ± 0.2 MN/m, only above 9 ± 1 µm". A record without the key
-    of its law has its name and sizes."""
+    """Action of a law, as "it opposes the motion like a spring, 2.1 ± 0.2 MN/m, only above 9 ± 1 µm".
+
+    A record without the key of its law has its name and sizes.
+    """
     said = _WORDS.get(law.key)
     return said(law) if said else f"it acts as {law.law}: {_sizes(law)}"
 

@@ -1,4 +1,4 @@
-"""Plans of measurements in sentences, with the CRLB of each unknown before and after, and as tidy tables."""
+"""Plans of measurements in sentences, with the CRLBs before and after, and as tidy tables."""
 
 from __future__ import annotations
 
@@ -36,9 +36,11 @@ def text(record: PlanningRecord, title: str = "") -> str:
 
 
 def frame(record: PlanningRecord) -> pd.DataFrame:
-    """A row per addition and unknown, and one for all unknowns together where they all are the target; CRLBs `before`,
-    `after` and `unplanned` in the unknown's unit after this and all earlier additions of the family, infinite where
-    nothing is known; per cent are of its value, empty of an angle and of a value of 0."""
+    """A row per addition and unknown, and one for all unknowns together where they all are the target.
+
+    CRLBs `before`, `after` and `unplanned` in the unknown's unit after this and all earlier additions of the family,
+    infinite where nothing is known; per cent are of its value, empty of an angle and of a value of 0.
+    """
     return pd.DataFrame(list(_rows(record)))
 
 
@@ -94,7 +96,10 @@ def _opening(record: PlanningRecord) -> str:
 
 
 def _sentence(record: PlanningRecord, family: Family) -> str:
-    """For example 'add these 2 speeds: 900, 3610 rpm: its CRLB falls from 21 % to 9.8 % (−54 %); as many …: −9 %'."""
+    """Sentence on additions: 'add these 2 speeds: 900, 3610 rpm: its CRLB falls …'.
+
+    A whole example is 'add these 2 speeds: 900, 3610 rpm: its CRLB falls from 21 % to 9.8 % (−54 %). As many …: −9 %'.
+    """
     last, count = family.steps[-1], len(family.steps)
     if record.target in record.unknown_with(last.crlb):
         many = f"the best {count} {family.family} leave it unknown"

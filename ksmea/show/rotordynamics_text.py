@@ -1,4 +1,7 @@
-"""Rotordynamics as tables of numbers (the files behind the figures), as tables of texts, and in sentences."""
+"""Rotordynamics as tables of numbers, as tables of texts, and in sentences.
+
+The numbers are the files behind the figures.
+"""
 
 from __future__ import annotations
 
@@ -103,7 +106,10 @@ def speed_map_frame(found: Rotordynamics) -> pd.DataFrame:
 
 
 def mode_shape_frame(found: Rotordynamics) -> pd.DataFrame:
-    """A row for each mode and place: complex deflections of x and y, the largest 1, and how round the orbit is."""
+    """A row for each mode and place.
+
+    Complex deflections of x and y, the largest 1, and how round the orbit is.
+    """
     shapes = found.shapes
     parts = []
     for number, (value, shape) in enumerate(zip(shapes.motions.eigenvalue, shapes.motions.shape), start=1):

@@ -1,4 +1,7 @@
-"""Statements as sentences in the units and names of a notation: sizes to the digits that their intervals support."""
+"""Statements as sentences in the units and names of a notation.
+
+Sizes to the digits that their intervals support.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ def sentence(statement: StatementRecord, notation: Notation = PLAIN) -> str:
 
 
 def intervals(statement: StatementRecord, notation: Notation = PLAIN) -> str:
-    """The half-widths of the intervals of its sizes: '± 0.0025 mil pp, ± 0.6°'; of an open one the end that is known."""
+    """The half-widths of the intervals of its sizes: '± 0.0025 mil pp, ± 0.6°'.
+
+    Of an open interval it is the known end.
+    """
     said = []
     for _, name, form, _ in Formatter().parse(statement.sentence):
         size = statement.sizes.get(name or "")
@@ -138,10 +144,10 @@ def _interval(size: SizeRecord) -> str:
 
 
 def rounded(value: float, half: float) -> str:
-    """A value to the place of the first digit of its half-width, or of the second if that begins with 1 or 2.
+    """Value rounded to the first digit of its half-width, or to the second if that begins with 1 or 2.
 
     >>> rounded(0.5213, 0.062), rounded(200.13, 2.3), rounded(13970.0, 40)
-    ('0.52', '200.1', '13\u2009970')
+    ('0.52', '200.1', '13 970')
     """
     if not (math.isfinite(half) and half > 0):
         return number(value, ALONE)

@@ -41,7 +41,9 @@ def in_columns(table: pd.DataFrame) -> str:
 
 
 def number(value: Any, digits: int = 4, sign: str = "") -> str:
-    """A number to so many digits; one of more places than that up to seven is written out, '–' stands for none.
+    """A number to so many digits.
+
+    One of more places than that up to seven is written out, '–' stands for none.
 
     >>> number(49361.7, 3), number(9999.6), number(2.5e9), number(1.5), number(None)
     ('49400', '10000', '2.5e+09', '1.5', '–')
@@ -70,7 +72,9 @@ def value_and_ends(value: float, low: float | None, high: float | None) -> tuple
 
 
 def rounded_alike(*values: float | None) -> list[str]:
-    """A value and the ends of its interval, all of them with the same decimals; what is not finite or none is '–'.
+    """A value and the ends of its interval, all of them with the same decimals.
+
+    A value that is missing or not finite is '–'.
 
     - Both ends: as many decimals as show half the width to two digits.
     - One end: as many as show half the distance to it to two digits, but no more than give the larger one four digits.
@@ -167,7 +171,10 @@ def noise_parts(relative: float, floor: float) -> str:
 
 
 def noise_level(level: NoiseLevelRecord) -> str:
-    """For example '5 % of each value and 0.1 µm', or the same of each run that has its own; a part that is 0 is left out."""
+    """Noise level in words: '5 % of each value and 0.1 µm', or the level of each run that has its own.
+
+    A part that is 0 is left out.
+    """
     if not level.by_run:
         return _level(level.relative, level.floor)
     return "; ".join(f"run {name} {_level(relative, floor)}" for name, relative, floor in level.by_run)

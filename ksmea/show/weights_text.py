@@ -1,4 +1,7 @@
-"""Unknown weights, weights that cancel the unbalance, and influence coefficients as sentences and tables."""
+"""Unknown weights, correction weights and influence coefficients as sentences and tables.
+
+Correction weights cancel the unbalance.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +20,7 @@ NO_WIDTH = 1e-6  # of the unit, or degrees: an interval of less is that of exact
 
 
 def lines(record: WeightsRecord) -> Iterator[str]:
-    """A line for each weight that was found, one for the weights that cancel the unbalance, one for the expected vibration with
-    them."""
+    """Lines for each weight found, for the correction weights, and for the expected vibration with them."""
     for weight in record.weights:
         yield f"weight in run {weight.run} {_vector(weight)}"
     if record.corrections:
@@ -55,7 +57,7 @@ def _with_unit(parts: tuple[str, str], unit: str) -> str:
 
 
 def frame(record: WeightsRecord) -> pd.DataFrame:
-    """Size and angle of each weight that was found and of each that cancels unbalance, as rows of the table of unknowns."""
+    """Size and angle of each weight found and each correction weight, as rows of the table of unknowns."""
     rows = []
     for role, vectors in (("weight", record.weights), ("correction", record.corrections)):
         for vector in vectors:
@@ -72,8 +74,11 @@ def frame(record: WeightsRecord) -> pd.DataFrame:
 
 
 def influence_frame(record: WeightsRecord) -> pd.DataFrame:
-    """A row per plane, speed and channel: the influence coefficient per unit of weights with standard errors; 1 µm/(g mm) is
-    1 m/(kg m). Without weights in g mm, `unit` names the unit of each row."""
+    """A row per plane, speed and channel.
+
+    The influence coefficient per unit of weights with standard errors; 1 µm/(g mm) is 1 m/(kg m). Without weights in g
+    mm, `unit` names the unit of each row.
+    """
     units = {plane.weight_unit for plane in record.influence}
     name = "influence_um_per_g_mm" if units <= {USUAL} else "influence"
     size = {plane.position: plane.weight_unit_si / MICROMETRE for plane in record.influence}

@@ -1,4 +1,7 @@
-"""The study `balance`: a campaign of runs with known and unknown weights → a record; no model of the rotor is requested."""
+"""The study `balance`: a campaign of runs with known and unknown weights → a record.
+
+No model of the rotor is requested.
+"""
 
 from __future__ import annotations
 
@@ -84,7 +87,9 @@ def balance(
     options: BalanceOptions | None = None,
     progress: Callable[[], None] = lambda: None,
 ) -> BalanceRecord:
-    """Influence coefficients, unknown weights and corrections of a campaign; `progress` is called at each step.
+    """Influence coefficients, unknown weights and corrections of a campaign.
+
+    `progress` is called at each step.
 
     Amplitudes alone do in one plane. Raises `SettingError` for data without weights, and runs that do not tell the planes apart.
     """
@@ -265,7 +270,10 @@ def _correction(data: Readings, found: Correction, fit: Fit, level: float) -> Co
 
 
 def _common(fit: Fit, found: Correction) -> tuple[tuple[PolarRecord, ...], tuple[PolarRecord, ...]]:
-    """The weights without what readings hardly show, and what each entry is with them; nothing where they show all."""
+    """The weights without what readings hardly show, and what each entry is with them.
+
+    Nothing where they show all.
+    """
     if found.common is None:
         return (), ()
     weights = tuple(_plain_polar(complex(w), unit.si) for w, unit in zip(found.common, fit.readings.units))
@@ -273,7 +281,10 @@ def _common(fit: Fit, found: Correction) -> tuple[tuple[PolarRecord, ...], tuple
 
 
 def _in_holes(fit: Fit, weights: ComplexArray) -> tuple[tuple[SplitRecord, ...], tuple[PolarRecord, ...]]:
-    """Correction weights (n_plane,) kg m split onto the holes of planes that have some, and what each entry then is."""
+    """Correction weights (n_plane,) kg m split onto the holes of planes, and the resulting entries.
+
+    Only some planes have holes.
+    """
     splits, put_on = [], weights.copy()
     for index, plane in enumerate(fit.readings.details):
         if plane.holes is None:

@@ -25,8 +25,10 @@ from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, ma
 
 
 def fit_curves(case: Case, x: Array, noise: Noise | None) -> FitCurves:
-    """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated. Where only differences
-    between runs count, what these show alike is added, at the measured speeds alone."""
+    """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated.
+
+    If only differences between runs count, their common part is added, at the measured speeds alone.
+    """
     problem, measurement = case.problem, case.measurement
     fitted = problem.response(x[None])[0]
     with_phase = not measurement.is_amplitude
@@ -47,8 +49,10 @@ def fit_curves(case: Case, x: Array, noise: Noise | None) -> FitCurves:
 
 
 def fine_curve(case: Case, x: Array) -> FineCurve:
-    """The response at x (d,) SI at as many speeds in the band of each run as a figure needs, with phases if data have any; at
-    the measured speeds of a problem that has no response elsewhere."""
+    """Response at x (d,) SI at as many speeds in the band of each run as a figure needs.
+
+    Phases are included if data have any. A problem without a response elsewhere is evaluated at the measured speeds.
+    """
     try:
         layout = fine_layout(case, x)
         return _curve(layout, aligned(case.problem, layout).response(x[None])[0])
@@ -61,7 +65,10 @@ def _curve(layout: Layout, response: ComplexArray) -> FineCurve:
 
 
 def response_curves(case: Case, found: Identification) -> ResponseCurves:
-    """Amplitudes of measurement, identified model, and surrogate and true model at the surrogate's last optimum."""
+    """Amplitudes of measurement, identified model, and both models at the surrogate's last optimum.
+
+    The models are the surrogate and the true one.
+    """
     measurement, identified = case.measurement, case.problem.response(found.x[None])[0]
     return ResponseCurves(
         speed=row(measurement.speed),

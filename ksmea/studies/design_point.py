@@ -25,11 +25,12 @@ NEGLIGIBLE = 1e-6  # of s² at every datum: what rounding leaves of a part of th
 
 @dataclass(frozen=True)
 class DesignPoint:
-    """Values x (d,) SI of the unknowns of a problem that is seen as the data are, their kind, and their noise.
+    """Values x (d,) SI of the unknowns of an aligned problem, with observable and noise.
 
     `lack_of_fit` is the test of the model at values that were fitted to a measurement, as `identify` makes it; None where
     nothing was fitted or the data are too few to test. `remarks` say what was assumed of the noise. `numbers` are values (SI) of
-    numbers known to a tolerance that are not as stated, by their names, and those in `exact` are known exactly."""
+    numbers known to a tolerance that are not as stated, by their names, and those in `exact` are known exactly.
+    """
 
     problem: Problem
     x: Array
@@ -48,9 +49,12 @@ class DesignPoint:
 
     @classmethod
     def of_measurement(cls, case: Case, rng: np.random.Generator) -> DesignPoint:
-        """Most likely values of a measurement by a search of the whole box, numbers known to a tolerance fitted jointly.
+        """Most likely values of a measurement by a search of the whole box.
 
-        Raises `SettingError` for fewer data than unknowns."""
+        Numbers known to a tolerance are fitted jointly.
+
+        Raises `SettingError` for fewer data than unknowns.
+        """
         problem, measurement = case.problem, case.measurement
         with_noise = measurement.noise is None
         require_enough(measurement.layout, len(problem.parameters), with_noise=with_noise)
@@ -76,8 +80,9 @@ class DesignPoint:
 
 
 def common_noise(noise: Noise, amplitude: Array) -> Noise:
-    """The one relative part and the one floor that describe a noise that differs from datum to datum or from run to run, so
-    that it is known at other speeds and probes too.
+    """One relative part and one floor that describe noise that varies by datum or run.
+
+    With them it is known at other speeds and probes too.
 
     Both squared are not below 0 and minimise Σ (s² / s²ᵢ − 1)² over the data, which have the amplitudes (n_speed, n_channel), m.
     Amplitudes that are all 0 say nothing of a relative part: it is 0.

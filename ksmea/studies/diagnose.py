@@ -1,4 +1,4 @@
-"""Diagnosis of a measurement as a record: what the model gets wrong, which physical cause explains it, and the evidence."""
+"""Diagnosis of a measurement as a record: misfit of the model, its physical cause, and the evidence."""
 
 from __future__ import annotations
 
@@ -196,8 +196,7 @@ def diagnosis(
 def _read_otherwise(
     found: Misread, problem: Problem, search: Search, options: DiagnosisOptions, report: Report
 ) -> DiagnosisRecord | None:
-    """The diagnosis of data that were misread, which ends the search: read otherwise the residuals of the model as given are noise, and no effect
-    could gain more. None if it leaves more: something else is wrong, too."""
+    """Diagnosis of misread data, which ends the search; None if something else is wrong, too."""
     reading, _ = found.best
     case = Case.of(problem, reading.measurement)
     read = diagnose(case, {}, search, options.criteria)
@@ -211,7 +210,7 @@ def _read_otherwise(
 
 
 def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisRecord:
-    """The diagnosis with what is found without the library, which decides where no effect explains the data."""
+    """Diagnosis with the findings without the library, which decide if no effect explains the data."""
     found = dataclasses.replace(record, location=where)
     if record.verdict != "unknown" or not where.is_local:
         return found
@@ -224,7 +223,7 @@ def _reads_wrong(record: DiagnosisRecord) -> bool:
 
 
 def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord:
-    """A diagnosis as plain data; values of unknowns in their units. `fine` adds the models' curves at more speeds."""
+    """Diagnosis as plain data, values in their units; `fine` adds the models' curves at more speeds."""
     measurement, gain = found.baseline.measurement, found.predictive_gain
     return DiagnosisRecord(
         verdict=found.verdict,

@@ -38,7 +38,10 @@ def diagnosis_curves(found: Diagnosis, *, fine: bool) -> CurvesRecord:
 
 
 def _fine(fit: Fit) -> FineCurve | None:
-    """None where only differences between runs count: what these show alike is known at the measured speeds alone."""
+    """Fine curve of a fit; None if only differences between runs count.
+
+    The part common to runs is then known at the measured speeds alone.
+    """
     return None if fit.measurement.is_by_differences else fine_curve(fit.case, fit.x)
 
 

@@ -1,5 +1,7 @@
-"""Remarks and statements of a diagnosis: on noise stated too small or too large, on the rate of a sweep, on names that a location
-contradicts, on data that look misread, on slow roll, on a gain that is a unit, and on each effect.
+"""Remarks and statements of a diagnosis.
+
+They are on noise stated too small or too large, on the rate of a sweep, on names that a location contradicts, on data
+that look misread, on slow roll, on a gain that is a unit, and on each effect.
 
 A rate that a diagnosis finds is compared with the rate that rows give, which the fit does not use, or by its pull with the rate that times
 give, which is known to a tolerance. A statement says where an effect acts and how much of it there is, at its fitted sizes
@@ -118,7 +120,7 @@ def _rate_remarks(found: Diagnosis, history: SpeedHistory | None, name: str) -> 
 
 
 def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
-    """A remark for each effect that is named and acts at a place, where something unknown is found at others alone."""
+    """Remark for each named effect at a place, if something unknown is located only elsewhere."""
     if not found.named or not where.is_local:
         return ()
     said = []
@@ -134,7 +136,7 @@ def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
 
 
 def reading_of(fit: Fit, case: Case, rng: np.random.Generator, criteria: Criteria) -> Misread | None:
-    """The readings of the data that fit decisively better than the baseline model's fit does as the data were read."""
+    """Readings of the data that fit decisively better than the baseline model's fit to the data as read."""
     quality = fit_quality(fit, rng.spawn(1)[0])
     rejected = quality.p < criteria.half and not is_size_alone(quality, criteria.half)
     return misread(case, own_values(fit, case.problem), fit.noise, rejected=rejected)
@@ -193,8 +195,11 @@ def reading_remarks(found: Diagnosis) -> tuple[str, ...]:
 
 
 def _slow_roll_remarks(found: Diagnosis) -> tuple[str, ...]:
-    """The mean vector of each probe at low speed that the accepted model does not predict, if it exceeds the noise; nothing of
-    amplitudes, and without rows below SLOW times the first critical speed."""
+    """Mean vector of each probe at low speed that the accepted model does not predict.
+
+    It is given if it exceeds the noise; empty for amplitudes, and without rows below SLOW times the first critical
+    speed.
+    """
     accepted = found.named and found.best is not None
     fit = found.best if accepted and found.best is not None else found.baseline
     measurement, plain = fit.measurement, found.baseline

@@ -1,4 +1,7 @@
-"""Whether there are enough data for the unknowns: real numbers measured against unknowns; records of estimates."""
+"""Whether there are enough data for the unknowns: real numbers measured against unknowns.
+
+Records of estimates.
+"""
 
 from __future__ import annotations
 
@@ -66,7 +69,10 @@ def noise_record(noise: Noise, measurement: Measurement) -> NoiseLevelRecord:
 
 
 def estimate_record(parameter: Parameter, value: float, interval: Interval) -> EstimateRecord:
-    """A value with its interval (both SI) in the parameter's unit; an angle that may be any between −180° and 180°."""
+    """A value with its interval (both SI) in the parameter's unit.
+
+    An angle that may be any between −180° and 180°.
+    """
     turn = value - parameter.turned(value)
     near = AT_LIMIT * (parameter.upper - parameter.lower)
     return EstimateRecord(

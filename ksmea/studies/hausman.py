@@ -89,7 +89,10 @@ def _within_limits(*fits: Array) -> Indices:
 
 
 def _shows_machine(campaign: Campaign) -> bool:
-    """Whether the model of the machine says that runs differ: by their weights, or by unknowns of their own."""
+    """Whether the model of the machine says that runs differ.
+
+    They differ by their weights, or by unknowns of their own.
+    """
     return any(run.all_weights for run in campaign.runs) or any(name != PHASE_ORIGIN for name in campaign.own)
 
 

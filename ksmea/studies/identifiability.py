@@ -1,4 +1,4 @@
-"""Identifiability: how well data would determine the unknowns, and how well other data would, before any is measured.
+"""Identifiability: precision of the unknowns from these and other data, before any are measured.
 
 Everything is the Cramér–Rao lower bound (CRLB) at the true values (`ksmea.inference.cramer_rao`), 1 σ; nothing is random.
 """
@@ -66,9 +66,9 @@ class IdentifiabilityOptions(Settings):
 
 
 def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | None = None) -> IdentifiabilityRecord:
-    """The CRLB of each unknown at a point from data on the problem's speeds and channels, and how it changes with the data.
+    """CRLB of each unknown at a point from data on the problem's speeds and channels, and with other data.
 
-    Where the noise's level is not known, what it takes to estimate it is taken off.
+    If the noise level is not known, the information that its estimate takes is subtracted.
     """
     options = options or IdentifiabilityOptions()
     problem, x = point.problem, point.x
@@ -115,7 +115,10 @@ def identifiability_of(point: DesignPoint) -> Identifiability:
 
 
 def _origins(point: DesignPoint) -> tuple[Origin | None, ...]:
-    """Shares of noise and numbers in the CRLB of each unknown; None if all numbers of the problem are exact."""
+    """Shares of noise and numbers in the CRLB of each unknown.
+
+    None if all numbers of the problem are exact.
+    """
     joint, names = point.problem.joint, point.problem.parameters.names
     if not Numbers.of(point.problem):
         return (None,) * len(names)
@@ -151,7 +154,10 @@ def _speeds(point: DesignPoint, factors: Sequence[float]) -> Iterator[tuple[Valu
 
 
 def _band(point: DesignPoint, top_factors: Sequence[float]) -> Iterator[tuple[Value, DesignPoint]]:
-    """Variations with equally many speeds, evenly spaced, in halves and quarters of the band and up to higher speeds."""
+    """Variations with equally many, evenly spaced speeds.
+
+    They are in halves and quarters of the band and up to higher speeds.
+    """
     speed = point.problem.speed
     if len(speed) < 2:
         return
@@ -164,7 +170,10 @@ def _band(point: DesignPoint, top_factors: Sequence[float]) -> Iterator[tuple[Va
 
 
 def _position(point: DesignPoint, n_position: int) -> Iterator[tuple[Value, DesignPoint]]:
-    """One measuring plane instead of all present probes, in the same directions, at each of the problem's sites."""
+    """One measuring plane in place of all present probes, at each of the problem's sites.
+
+    It has the directions of the probes.
+    """
     sites = point.problem.sites
     if len(sites) > n_position:
         sites = sites[np.linspace(0, len(sites) - 1, n_position).round().astype(int)]

@@ -1,4 +1,6 @@
-"""Details of an identification for a report on it: data in words, fit over speed, tests of the fit, an unmodelled force.
+"""Details of an identification for a report on it.
+
+Data in words, fit over speed, tests of the fit, an unmodelled force.
 
 They are added to the record of `ksmea.studies.identify.identified`, in which the fit has no part of them.
 """
@@ -64,8 +66,11 @@ def detailed_identification(
 
 
 def location_options(unmodelled: str, level: float) -> LocationOptions | None:
-    """Sites and kinds of the unmodelled force next to which the unknowns are estimated: FORCE at a position (m), all kinds at all
-    sites for `AUTO`, None for an empty text. `level` is the confidence of intervals."""
+    """Sites and kinds of the unmodelled force next to which the unknowns are estimated.
+
+    FORCE at a position (m), all kinds at all sites for `AUTO`, None for an empty text. `level` is the confidence of
+    intervals.
+    """
     if not unmodelled:
         return None
     if unmodelled == AUTO:

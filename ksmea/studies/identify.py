@@ -62,7 +62,7 @@ FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold wh
 
 @dataclass(frozen=True)
 class IdentificationOptions:
-    """Contents of a record in addition to the method's result, and the number of evaluations that the method may use.
+    """Contents of a record in addition to the method's result, and the evaluations it may use.
 
     Args:
         intervals: 'profile' (from the information, checked and where needed replaced by the profile likelihood: some ten
@@ -99,8 +99,11 @@ class IdentificationOptions:
 
 @dataclass(frozen=True)
 class Identified:
-    """An identification with what its details are made of: the `case` as compared (`Case.answered`), `noise` known or
-    estimated, `fit` the maximum that intervals belong to, `information` at the reported values; None without them."""
+    """Identification with the objects that its details are made of.
+
+    `case` is as compared (`Case.answered`), `noise` known or estimated, `fit` the maximum that intervals belong to,
+    `information` at the reported values; None without them.
+    """
 
     record: IdentificationRecord
     case: Case
@@ -124,8 +127,10 @@ def identification(
 def identified(
     case: Case, method: Method, streams: Streams, options: IdentificationOptions, rng: np.random.Generator | None
 ) -> Identified:
-    """Identify the unknowns of a problem from a measurement by a method; true values have no part in it. `rng` is for the
-    simulations of intervals from few data (`ksmea.inference.critical_rise`) and the search of the whole box.
+    """Identify the unknowns of a problem from a measurement by a method; true values have no part in it.
+
+    `rng` is for the simulations of intervals from few data (`ksmea.inference.critical_rise`) and the search of the
+    whole box.
 
     Raises:
         SettingError: fewer data than unknowns.
@@ -151,7 +156,7 @@ def identified(
 
 
 def _found(case: Case, method: Method, streams: Streams, meter: Meter) -> tuple[IdentificationRecord, Identification]:
-    """The method's own result, its record and trace; of differences between runs, the nearest maximum of their likelihood."""
+    """Result, record and trace of the method; of differences, the nearest maximum of their likelihood."""
     measurement, searched = case.measurement, as_searched(case)
     traced = TracedProblem(searched.problem, searched.measurement, meter)
     found = within_budget(method, traced, searched.measurement, streams)
@@ -164,8 +169,7 @@ def _found(case: Case, method: Method, streams: Streams, meter: Meter) -> tuple[
 
 
 def _at_nearest(found: Identification, case: Case, meter: Meter) -> Identification:
-    """Result of the method with one more stage, the nearest maximum of the likelihood: for differences, whose noise a search takes
-    to be independent."""
+    """Result with one more stage, the nearest maximum of the likelihood of differences."""
     likelihood, parameters = likelihood_of(case), case.problem.parameters
     stages = found.stages or (Stage("search", found.x, meter.evaluations, meter.jacobians),)
     nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(found.x), 0.0, 1.0))
@@ -175,7 +179,7 @@ def _at_nearest(found: Identification, case: Case, meter: Meter) -> Identificati
 
 
 def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
-    """This identification with angles that are free to turn in (−180°, 180°], far from the limits of their search."""
+    """Identification with freely turning angles in (−180°, 180°], far from the limits of their search."""
     x = np.array([parameter.turned(value) for parameter, value in zip(parameters, found.x)])
     if np.array_equal(x, found.x):
         return found
@@ -183,7 +187,7 @@ def _within_a_turn(parameters: Parameters, found: Identification) -> Identificat
 
 
 def _method_record(case: Case, found: Identification, took: Meter, trace: TraceRecord) -> IdentificationRecord:
-    """Record of the method's own result, with its evaluations of the true model by our count instead of the method's."""
+    """Record of the method's own result, with its evaluations of the true model by our count."""
     for x in (found.x, *(stage.x for stage in found.stages)):
         if not np.all(np.isfinite(x)):
             raise ArithmeticError(f"the identified values are not finite: {x}")
@@ -229,8 +233,11 @@ def _likelihood_misfit(case: Case, x: Array) -> float:
 def _with_intervals(
     record: IdentificationRecord, case: Case, options: IdentificationOptions, rng: np.random.Generator | None
 ) -> tuple[IdentificationRecord, Noise | None, Fit | None]:
-    """The record with intervals, noise level and their cost; the noise, estimated if it was not known; the fit they belong to. If
-    they cannot be computed, the record has the reason. All likely maxima of the box are searched for with details or few data."""
+    """The record with intervals, noise level and their cost.
+
+    The noise, estimated if it was not known; the fit they belong to. If they cannot be computed, the record has the
+    reason. All likely maxima of the box are searched for with details or few data.
+    """
     started = time.perf_counter()
     counted, check, level = CountedProblem(case.problem), options.intervals == "profile", options.level
     likelihood = likelihood_of(case.by(counted))
@@ -268,8 +275,7 @@ def _with_intervals(
 
 
 def _joint(case: Case, joint: Problem, maxima: Sequence[Point]) -> tuple[Likelihood, list[Point], list[int]]:
-    """The likelihood of the joint problem, its maxima from those with numbers as stated, and the indices of the unknowns of the
-    problem itself."""
+    """Likelihood of the joint problem, its maxima, and the indices of the problem's own unknowns."""
     likelihood, parameters = likelihood_of(case.by(joint)), case.problem.parameters
     values = [parameters.to_si(point.theta[: len(parameters)]) for point in maxima]
     starts = [joint.parameters.to_cube(joint_values(case.problem, joint, x)) for x in values]
@@ -290,7 +296,7 @@ def _part(estimated: Estimate, own: Sequence[int]) -> Estimate:
 
 
 def _with_inputs(record: IdentificationRecord, fit: Fit, own: Sequence[int]) -> IdentificationRecord:
-    """The record with numbers that are known to a tolerance, and what each unknown's uncertainty comes from."""
+    """Record with numbers that are known to a tolerance, and the origin of each unknown's uncertainty."""
     inputs = input_records(fit)
     if not inputs:
         return record
@@ -302,7 +308,7 @@ def _with_inputs(record: IdentificationRecord, fit: Fit, own: Sequence[int]) -> 
 def _simulated(
     likelihood: Likelihood, level: float, maxima: Sequence[Point], rng: np.random.Generator | None
 ) -> Array | None:
-    """How far the deviance may rise around the highest maxima (n, d), by simulations; None where there can be none."""
+    """Rise of the deviance around the highest maxima (n, d), by simulations; None if there can be none."""
     if rng is not None and can_be_simulated(likelihood):
         with suppress(np.linalg.LinAlgError):  # no finite response somewhere on the way
             return simulated_rise(likelihood, level, maxima, rng.spawn(1)[0])
@@ -332,8 +338,11 @@ def _with_ends(
 def _with_end(
     part: ParameterRecord, parameter: Parameter, interval: Interval, most_likely: float, at: bool
 ) -> ParameterRecord:
-    """An unknown with its interval and most likely value. An angle that is free to turn is given in (−180°, 180°],
-    the method's value on the turn nearest to it; an interval as wide as a turn holds any value."""
+    """An unknown with its interval and most likely value.
+
+    An angle that is free to turn is given in (−180°, 180°], the method's value on the turn nearest to it; an interval
+    as wide as a turn holds any value.
+    """
     if parameter.is_full_turn and not interval.high - interval.low < TURN:
         interval = Interval(-np.inf, np.inf, "not identifiable")
     turned = parameter.turned(float(most_likely))
@@ -358,8 +367,7 @@ def _noise_level(noise: Noise, measurement: Measurement) -> NoiseLevel:
 
 
 def _information(case: Case, x: Array, noise: Noise | None, fit: Fit | None) -> Identifiability | None:
-    """Information of data with this noise on the unknowns at x (d,) SI, or at a joint fit; None without noise, or if there is no
-    response."""
+    """Information of data with this noise at x (d,) SI, or at a joint fit; None without noise or response."""
     if noise is None or noise.is_absent:
         return None
     try:
@@ -369,7 +377,7 @@ def _information(case: Case, x: Array, noise: Noise | None, fit: Fit | None) -> 
 
 
 def _with_crlb(record: IdentificationRecord, information: Identifiability) -> IdentificationRecord:
-    """The record with Cramér–Rao bounds and correlations at the reported values; None where they are infinite."""
+    """Record with Cramér–Rao bounds and correlations at the reported values; None if infinite."""
     return dataclasses.replace(
         record,
         parameters=tuple(

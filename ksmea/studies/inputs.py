@@ -1,4 +1,7 @@
-"""Numbers that are known to a tolerance, as records: what a joint fit says of each, and what an unknown's uncertainty comes from."""
+"""Numbers that are known to a tolerance, as records.
+
+They have the result of a joint fit for each, and the origin of an unknown's uncertainty.
+"""
 
 from __future__ import annotations
 
@@ -50,8 +53,10 @@ def origins_of(fit: Fit, own: Sequence[int]) -> tuple[Origin, ...]:
 
 
 def origins(parameters: Parameters, own: Sequence[int], by_noise: Array, by_input: Array) -> tuple[Origin, ...]:
-    """Shares of noise and priors in the uncertainty of some unknowns, from the standard deviations (SI) that noise (d,) and each
-    prior (d, n_prior) cause."""
+    """Shares of noise and priors in the uncertainty of some unknowns.
+
+    They follow from the standard deviations (SI) that noise (d,) and each prior (d, n_prior) cause.
+    """
     items = [parameters.items[index] for index in parameters.with_prior]
     names = [item.words or item.name for item in items]
     found = []

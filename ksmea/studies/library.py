@@ -45,7 +45,10 @@ def library(
 
 
 def _is_offered(effect: AnyEffect, problem: Problem) -> bool:
-    """Whether the problem calls for it; one for other problems may fail here, and is left out with its reason later."""
+    """Whether the problem calls for it.
+
+    One for other problems may fail here, and is left out with its reason later.
+    """
     try:
         return effect.is_offered(problem.machine)
     except Exception:

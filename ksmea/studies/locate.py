@@ -1,4 +1,7 @@
-"""Location of what a model lacks as a record: at which sites an unknown force explains a measurement, and what it does."""
+"""Location of what a model lacks as a record.
+
+It has the sites at which an unknown force explains a measurement, and its action.
+"""
 
 from __future__ import annotations
 
@@ -138,8 +141,10 @@ def location_record(
     with_laws: bool = True,
     workers: Workers = ALONE,
 ) -> LocationRecord:
-    """A location as plain data; values of unknowns in their units. The best site is the site of the best law if a law is not
-    rejected, else the one with the smallest residuals."""
+    """A location as plain data; values of unknowns in their units.
+
+    The best site is the site of the best law if a law is not rejected, else the one with the smallest residuals.
+    """
     interval_level = options.interval_level
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
@@ -189,7 +194,10 @@ def _site(found: Location, index: int) -> SiteRecord:
 def _coefficients(
     plain: SiteFit, believed: Sequence[SiteFit], level: float, workers: Workers
 ) -> tuple[CoefficientsRecord, ...]:
-    """Every unknown by the plain model and with the unknown quantity at the accepted sites, the best one first."""
+    """Every unknown by the plain model and with the unknown quantity at the accepted sites.
+
+    The best site is first.
+    """
     of_plain, *of_sites = workers.unseen.each(partial(_estimates, level=level), (plain, *believed))
     return tuple(
         CoefficientsRecord(
@@ -249,7 +257,10 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
 
 
 def _laws(believed: Sequence[SiteFit], found: Location, progress: Callable[[], None]) -> list[LawFit]:
-    """Laws at the accepted sites, the lowest BIC first; then a smooth function of speed if all laws are rejected."""
+    """Laws at the accepted sites, the lowest BIC first.
+
+    Then a smooth function of speed if all laws are rejected.
+    """
     sites = [inputs_held(fit) for fit in believed if fit.unmodelled.quantity in LOADS]
     simple = fitted_laws(sites, found.noise, progress)
     return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]

@@ -47,7 +47,7 @@ TOLERANCE = 1e-2  # of a deviance
 
 @dataclass(frozen=True)
 class Misread:
-    """Readings that fit about as well as the best one, each with its fit, and the data fitted as they were read."""
+    """Readings that fit about as well as the best one, each with its fit, and the data as read, fitted."""
 
     found: tuple[tuple[Reading, Fit], ...]
     as_read: Fit
@@ -67,8 +67,10 @@ def misreadings(case: Case, x: Array, noise: Noise | None, *, rejected: bool) ->
 
 
 def misread(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> Misread | None:
-    """The readings that fit decisively better; None unless the fit is bad. `x` (d,) SI and `noise` belong to the fit. It is bad if
-    the lack-of-fit test `rejected` it or the noise, if estimated, is implausibly large.
+    """The readings that fit decisively better; None unless the fit is bad.
+
+    `x` (d,) SI and `noise` belong to the fit. It is bad if the lack-of-fit test `rejected` it or the noise, if
+    estimated, is implausibly large.
 
     None also if the many fits may take long: for a problem without a sensitivity, or with unknowns that are costly to change.
     """
@@ -93,7 +95,7 @@ def misread(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> Mis
 
 
 def _better(problem: Problem, ways: Iterable[Reading], as_read: Fit) -> list[tuple[Reading, Fit]]:
-    """The readings that fit decisively better, leave plausible noise, and fit about as well as the best one."""
+    """Readings that fit decisively better, leave plausible noise, and fit about as well as the best one."""
     margin = max(DECISIVE, -2 * np.log(NOISE_RATIO) * as_read.likelihood.n_residual)
     first = [(reading, fit) for reading in ways if (fit := _fit(problem, reading.measurement)) is not None]
     first = sorted(first, key=lambda each: each[1].deviance)[:SURVIVORS]
@@ -103,7 +105,10 @@ def _better(problem: Problem, ways: Iterable[Reading], as_read: Fit) -> list[tup
 
 
 def _fit(problem: Problem, measurement: Measurement) -> Fit | None:
-    """The problem fitted to data from a few starts, near its maximum if it has a good one; None where it cannot be."""
+    """The problem fitted to data from a few starts, near its maximum if it has a good one.
+
+    None where it cannot be.
+    """
     try:
         case = Case.of(problem, measurement)
         likelihood = likelihood_of(case)
@@ -191,7 +196,10 @@ def unit_of_gain(gain: float) -> str:
 
 @dataclass(frozen=True)
 class Reading:
-    """Data read in another way: how they were given, in one respect or two, what mends each, and the data read so."""
+    """Data read in another way: how they were given, the cure for each, and the data.
+
+    They differ in one respect or two.
+    """
 
     given: tuple[str, ...]
     remedies: tuple[str, ...]
@@ -216,8 +224,10 @@ def readings(measurement: Measurement) -> Iterator[Reading]:
 
 
 def _of_planes(measurement: Measurement) -> Iterator[Reading]:
-    """The two probes of one plane exchanged or reversed, if there are other planes: swapped cables, a plane that was named from the
-    other side, one signal inverted as well."""
+    """The two probes of one plane exchanged or reversed, if there are other planes.
+
+    Swapped cables, a plane that was named from the other side, one signal inverted as well.
+    """
     channels = measurement.channels
     planes = dict.fromkeys(channel.position for channel in channels)
     for plane in planes if len(planes) > 1 else ():
@@ -256,8 +266,10 @@ def _lag(measurement: Measurement) -> Reading:
 
 
 def _reversed(measurement: Measurement) -> Iterator[Reading]:
-    """Probes that measure in the opposite direction: each one, both of a plane, or all of x or of y. Where nobody knows where phases
-    begin, the others reversed are the same."""
+    """Probes that measure in the opposite direction: each one, both of a plane, or all of x or of y.
+
+    If the phase origin is not known, the reversal of the others is equivalent.
+    """
     channels = measurement.channels
     everyone = frozenset(range(len(channels)))
     single = [frozenset({index}) for index in everyone] if len(everyone) <= MAX_CHANNELS else []
@@ -310,8 +322,10 @@ MISREAD = {"Hz": HERTZ / RPM, "rad/s": 1 / RPM}  # what a number of this unit is
 
 
 def slips(case: Case, x: Array) -> tuple[str, ...]:
-    """Remarks on the measured band compared with the critical speeds at values x (d,) SI; empty if the problem does not know its
-    modes, or is too large to compute them in passing."""
+    """Remarks on the measured band compared with the critical speeds at values x (d,) SI.
+
+    Empty if the problem does not know its modes, or is too large to compute them in passing.
+    """
     speed = case.measurement.speed
     lowest, highest = float(np.min(speed)), float(np.max(speed))
     criticals = first_criticals(case.problem, x, highest)

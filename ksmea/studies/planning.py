@@ -1,5 +1,6 @@
-"""Planning of measurements: which speeds, probes or trial unbalance to add, or which numbers of the drawing to measure,
-so that the unknowns become known best.
+"""Planning of measurements: speeds, probes, trial unbalance or numbers to add.
+
+With them the unknowns become known best. Numbers of the drawing are measured.
 
 The plan holds near the values that it is made for. Next to each choice stands what as many data give without a plan.
 """
@@ -122,8 +123,10 @@ class PlanningOptions(Settings):
 
 
 def planning_study(point: DesignPoint, options: PlanningOptions | None = None) -> PlanningRecord:
-    """Additions to data on the problem's speeds and channels with which one unknown (c-optimal) or all of them (D-optimal)
-    become known best near a point."""
+    """Additions to data with which one unknown (c-optimal) or all (D-optimal) become known best.
+
+    The data are on the problem's speeds and channels, near a point.
+    """
     options = options or PlanningOptions()
     problem, x, noise = point.problem, point.x, point.noise
     options.check_problem(problem)
@@ -174,8 +177,11 @@ def planning_study(point: DesignPoint, options: PlanningOptions | None = None) -
 
 @dataclass(frozen=True)
 class _Present:
-    """The present data and their information; `rows_of` gives the data rows of any problem, with the columns of `numbers`. Their
-    priors are present data in addition to the data of a run."""
+    """The present data and their information.
+
+    `rows_of` gives the data rows of any problem, with the columns of `numbers`. Their priors are present data in
+    addition to the data of a run.
+    """
 
     problem: Problem
     x: Array  # (d,) SI
@@ -211,7 +217,10 @@ class _Present:
         return crlb(rows, len(self.parameters)) * self.parameters.width
 
     def reduction_pct(self, rows: Array) -> float | None:
-        """How many per cent the CRLB falls, without any prior; None where something becomes known that was not at all."""
+        """Decrease of the CRLB in per cent, without any prior.
+
+        None if something becomes known that was not known at all.
+        """
         crlb = self.crlb_of(rows)
         if np.any(np.isinf(self.crlb[self.target]) != np.isinf(crlb[self.target])):
             return None
@@ -222,7 +231,10 @@ class _Present:
 
 
 def _speeds(present: _Present, options: PlanningOptions) -> Family | str:
-    """Speeds to add for all present channels; without a plan, as many in the middle of equal parts of the band."""
+    """Speeds to add for all present channels.
+
+    Unplanned speeds are as many in the middle of equal parts of the band.
+    """
     if not options.add:
         return "no speeds are considered: study.add is 0"
     problem = present.problem
@@ -240,7 +252,10 @@ def _speeds(present: _Present, options: PlanningOptions) -> Family | str:
 
 
 def _probes(present: _Present, options: PlanningOptions) -> Family | str:
-    """Probes to add for all present speeds; without a plan, the whole run again, as much of it as the probes' data."""
+    """Probes to add for all present speeds.
+
+    Unplanned data are the whole run again, as much of it as the probes' data.
+    """
     problem = present.problem
     sites = problem.sites
     if not options.sensors or not len(sites):
@@ -263,8 +278,10 @@ def _probes(present: _Present, options: PlanningOptions) -> Family | str:
 
 
 def _with_probes(present: _Present, channels: Sequence[Channel]) -> tuple[_Present, list[Array]]:
-    """The present data and the data rows of each further probe. Numbers of several of these probes, such as the position of their
-    plane, are further columns of both."""
+    """The present data and the data rows of each further probe.
+
+    Numbers of several of these probes, such as the position of their plane, are further columns of both.
+    """
     seen = present.problem.at(present.problem.speed, channels)
     new = Numbers.of(seen).beyond(present.numbers)
     rows = present.rows_of(seen, present.numbers + new)
@@ -299,7 +316,10 @@ def _trial_run(present: _Present, options: PlanningOptions) -> Family | str:
 
 
 def _numbers(present: _Present, options: PlanningOptions) -> Family | str:
-    """Numbers known to a tolerance that are measured until they are as good as exact; without a plan, the run again."""
+    """Numbers known to a tolerance that are measured until they are as good as exact.
+
+    Unplanned data are the run again.
+    """
     if not options.numbers:
         return "no numbers are considered: study.numbers is 0"
     numbers, n_column = present.numbers, present.rows.shape[1]
@@ -323,8 +343,10 @@ def _family(
     unplanned: Callable[[int], Array],
     repeats: int = 1,
 ) -> Family | str:
-    """The reduction by each addition alone, and step by step the choice and what as many `unplanned` data give. `blocks`
-    are the data rows (m, k) of each addition."""
+    """Reduction by each addition alone, the stepwise choice, and the gain of unplanned data.
+
+    There are as many `unplanned` data. `blocks` are the data rows (m, k) of each addition.
+    """
     usable = [index for index, block in enumerate(blocks) if np.all(np.isfinite(block))]  # no motion, no amplitude
     additions, blocks = [additions[index] for index in usable], [blocks[index] for index in usable]
     if not blocks:

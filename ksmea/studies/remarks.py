@@ -1,4 +1,7 @@
-"""Remarks of a report on the runs of a campaign; studies that have no use for differences between runs."""
+"""Remarks of a report on the runs of a campaign.
+
+Studies that have no use for differences between runs.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Rotordynamics of a rotor at values of its unknowns: Campbell diagram, critical speeds, stability, mode shapes.
+"""Rotordynamics of a rotor at values of its unknowns.
+
+Campbell diagram, critical speeds, stability, mode shapes.
 
 Critical speeds are crossings of the diagram: natural frequencies that equal a multiple of the spin speed.
 """
@@ -125,7 +127,10 @@ def rotordynamics(
 
 
 def _peaks(problem: Problem, x: Array, speed: Array, found: Sequence[CriticalSpeed]) -> tuple[Peak, ...]:
-    """Peaks of the response to the unbalance of the model at its probes, at speeds that are dense about critical speeds."""
+    """Peaks of the response to the model's unbalance at its probes.
+
+    The speeds are dense about critical speeds.
+    """
     channels = [channel for channel in problem.channels if channel.is_1x]
     lacking = ", ".join([*({"unbalance"} & set(problem.missing)), *([] if channels else ["probes"])])
     if lacking:
@@ -201,8 +206,11 @@ N_DAMPING = 9  # parts of the damping, from all to none, over which a motion is 
 
 
 def critical_speeds(rotor: FreeRotor, speed: Array, harmonics: Sequence[float]) -> tuple[CriticalSpeed, ...]:
-    """Speeds (rad/s) within rising scanned speeds (n_speed,) at which a damped natural frequency is a harmonic of the speed, each
-    with the undamped critical speed next to it; none where damping is so large that the response has no peak. A frequency that crosses twice between two scanned speeds is missed."""
+    """Speeds (rad/s) at which a damped natural frequency is a harmonic of the speed.
+
+    They lie within rising scanned speeds (n_speed,), each with the undamped critical speed next to it; None if damping
+    is so large that the response has no peak. A frequency that crosses twice between two scanned speeds is missed.
+    """
     damped, undamped = rotor.frequencies, partial(rotor.frequencies, damped=False)
     tables = damped(speed), undamped(speed)
     found: list[CriticalSpeed] = []
@@ -226,8 +234,10 @@ def _critical_speed(rotor: FreeRotor, speed: float, harmonic: float) -> Critical
 def _crossings(
     frequencies: Callable[[Array], Array], table: Array, speed: Array, harmonic: float
 ) -> list[tuple[float, int]]:
-    """Rising speeds at which a column of frequencies, whose `table` at the scanned speeds is (n_speed, n), equals a
-    multiple of the speed, each with the column."""
+    """Rising speeds at which a column of frequencies equals a multiple of the speed, with the column.
+
+    The `table` of frequencies at the scanned speeds is (n_speed, n).
+    """
     is_above = table >= harmonic * speed[:, None]
     found = []
     for interval, column in zip(*np.nonzero(is_above[:-1] != is_above[1:])):
@@ -243,8 +253,11 @@ def _crossings(
 def _with_undamped(
     rotor: FreeRotor, critical: CriticalSpeed, undamped: Sequence[tuple[float, int]], n_column: int
 ) -> CriticalSpeed:
-    """With the undamped critical speed that it becomes as all damping is taken away: its motion is followed to the undamped one at its
-    own speed, which belongs to one column of frequencies; the answer is the crossing of this column with the harmonic."""
+    """Critical speed with the undamped one that it becomes as all damping is taken away.
+
+    Its motion is followed to the undamped one at its own speed, which belongs to one column of frequencies; the answer
+    is the crossing of this column with the harmonic.
+    """
     at = np.array([critical.speed])
     [before] = rotor.motions(at)
     index = int(np.argmin(np.abs(before.eigenvalue - critical.eigenvalue)))

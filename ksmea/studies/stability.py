@@ -35,8 +35,11 @@ def stability_of(
     level: float = 0.95,
     information: Identifiability | None = None,
 ) -> StabilityRecord | None:
-    """The stability threshold at values x (d,) SI that data of a kind with this noise were fitted by; an interval only where
-    there is noise. None where the problem cannot tell. `information` of such data at x is computed if it is not given."""
+    """The stability threshold at values x (d,) SI that data of a kind with this noise were fitted by.
+
+    An interval only where there is noise. None where the problem cannot tell. `information` of such data at x is
+    computed if it is not given.
+    """
     if not problem.knows_stability:
         return None
     measured = float(np.max(problem.speed))
@@ -71,7 +74,10 @@ def _standard_deviation(problem: Problem, x: Array, speed: Array, information: A
 
 
 def _onset(speed: Array, rate: Array) -> float:
-    """The lowest speed at which a growth rate is above 0, straight between scanned speeds; infinite where it is nowhere."""
+    """The lowest speed at which a growth rate is above 0, straight between scanned speeds.
+
+    Infinite where it is nowhere.
+    """
     above = np.flatnonzero(rate > 0)
     if not len(above):
         return np.inf

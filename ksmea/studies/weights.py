@@ -1,4 +1,6 @@
-"""Balancing results of a campaign: unknown weights, influence coefficients, and weights that cancel the unbalance.
+"""Balancing results of a campaign.
+
+Unknown weights, influence coefficients, and weights that cancel the unbalance.
 
 All of it follows from the unknowns and their covariance C at the maximum of the likelihood (inverse Fisher information). A
 function g of them has the covariance J C Jᵀ with J = ∂g/∂x (delta method). A weight has two components w; the interval of
@@ -32,7 +34,10 @@ TRIAL = GRAM_MILLIMETRE  # kg m, of which the response is divided by: small besi
 
 @dataclass(frozen=True)
 class _Estimate:
-    """Values (d,) SI of a problem's unknowns, their covariance (d, d) and the critical rise of an interval."""
+    """Values (d,) SI of a problem's unknowns, their covariance (d, d) and the critical rise.
+
+    The rise belongs to an interval.
+    """
 
     problem: Problem
     x: Array
@@ -42,7 +47,10 @@ class _Estimate:
 
 
 def weights_found(fit: Fit, level: float) -> WeightsRecord | None:
-    """Weights found by the fit of a campaign; None if no run carried any, or the problem or the data cannot determine them."""
+    """Weights found by the fit of a campaign.
+
+    None if no run carried any, or the problem or the data cannot determine them.
+    """
     problem, measurement = fit.problem, fit.measurement
     campaign = measurement.campaign
     if campaign is None or not _positions(campaign) or measurement.is_amplitude or not _can_tell(problem):
@@ -84,7 +92,10 @@ def _positions(campaign: Campaign) -> list[float]:
 
 
 def _planes(problem: Problem, campaign: Campaign, unbalance: Mapping[float, complex]) -> list[float]:
-    """Positions of weights, of the unbalance and of disks, from the left, m; positions of the unbalance are kept exactly."""
+    """Positions of weights, of the unbalance and of disks, from the left, m.
+
+    Positions of the unbalance are kept exactly.
+    """
     planes = list(unbalance)
     for position in (*_positions(campaign), *disk_positions(problem).values()):
         if not any(is_on(position, other) for other in planes):
@@ -147,7 +158,10 @@ def _vector(found: _Estimate, position: float, run: str, value: Array, slope: Ar
 
 
 def _unit(campaign: Campaign, position: float) -> WeightUnit:
-    """Unit of weights in a plane: as its file has it, at other positions the common unit of all planes, or g mm."""
+    """Unit of weights in a plane.
+
+    It is the unit of its file; at other positions the common unit of all planes, or g mm.
+    """
     units = {plane.unit for plane in campaign.planes}
     own = (plane.unit for plane in campaign.planes if is_on(position, plane.position))
     return next(own, units.pop() if len(units) == 1 else WeightUnit())
@@ -158,7 +172,10 @@ def _plane(problem: Problem, position: float) -> str:
 
 
 def _influence(problem: Problem, x: Array, position: float) -> tuple[ComplexArray, ComplexArray]:
-    """Influence coefficients of a plane (n_speed, n_channel), m/(kg m), and their slope (n_speed, n_channel, d)."""
+    """Influence coefficients of a plane (n_speed, n_channel), m/(kg m), and their slope.
+
+    The slope is (n_speed, n_channel, d).
+    """
     (loaded, loaded_slope), (bare, slope) = (
         problem.with_unbalance(position, TRIAL, 0.0).linearised(x),
         problem.linearised(x),
@@ -194,8 +211,11 @@ def _quadratic(slope: Array, covariance: Array) -> Array:
 def _amplitudes(
     problem: Problem, found: _Estimate, unbalance: Mapping[float, complex], influence: Mapping[float, ComplexArray]
 ) -> tuple[Array, Array]:
-    """1X amplitudes (n_speed, n_channel), m, without weights, and expected with the corrections: of all excitation in the model other
-    than unbalance, and of the difference between the true unbalance and the one that was found."""
+    """1X amplitudes (n_speed, n_channel), m, without weights, and expected with the corrections.
+
+    They are of all excitation in the model other than unbalance, and of the difference between the true unbalance and
+    the identified one.
+    """
     corrected = problem
     for position, size in unbalance.items():
         corrected = corrected.with_unbalance(position, abs(size), float(np.angle(-size)))

@@ -1,4 +1,4 @@
-"""The exam of effects: nothing at zero, draws within limits, and a problem like any other at each site."""
+"""Contract test of effects: nothing at zero, draws within limits, a usual problem at each site."""
 
 from __future__ import annotations
 

@@ -48,8 +48,9 @@ Sitting = TypeVar("Sitting", bound=Case)
 
 @dataclass(frozen=True)
 class Exam(Generic[Stated, Sitting]):
-    """The exam of one kind of plugins; `case` is made of the plugin and of what is stated of it, and `properties` says which
-    properties apply to it.
+    """The exam of one kind of plugins.
+
+    `case` is made of the plugin and of what is stated of it, and `properties` says which properties apply to it.
 
         check_optimizer(Mine())                    # in a script: raises `ExamFailed` with all that Mine does not keep
         test_mine = check_optimizer.tests(Mine())  # in a test file: one test for each property, by pytest

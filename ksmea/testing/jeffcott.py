@@ -1,4 +1,6 @@
-"""The rotor of the exam: a disk amid a massless shaft on springs and dampers, whose response has a closed form.
+"""Rotor of the contract tests: a disk amid a massless shaft on springs and dampers.
+
+Its response has a closed form.
 
 H. H. Jeffcott, Phil. Mag. 37 (1919) 304–314. In x and y, with D = k − m Ω² + i Ω c of each direction and u the unbalance,
 

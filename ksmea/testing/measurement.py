@@ -29,8 +29,10 @@ NO_FILE = {"path": "no_such_file"}
 
 @dataclass(frozen=True)
 class MeasurementCase(Drawn):
-    """A source of measurements, the problem `of` which one is made, and settings that it is to refuse (`bad`); one that has a
-    `path` is to refuse a file that is not there."""
+    """Source of measurements, the problem `of` which one is made, and settings to reject (`bad`).
+
+    A source that has a `path` must reject a file that does not exist.
+    """
 
     contract: ClassVar = MeasurementSource
     plugin: MeasurementSource

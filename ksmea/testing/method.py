@@ -29,8 +29,11 @@ TIMES = ("model", "surrogate", "search", "total")
 
 @dataclass(frozen=True)
 class MethodCase(Drawn):
-    """A method made of its parts, and what is stated of it: that it comes within `error` of each true value (parts of the width
-    of the limits). `budget` is given to one that has a setting of that name; it is more than the samples of its design."""
+    """A method made of its parts, and what is stated of it.
+
+    It comes within `error` of each true value (parts of the width of the limits). `budget` is given to a method that
+    has a setting of that name; it is more than the samples of its design.
+    """
 
     contract: ClassVar = Method
     plugin: Method

@@ -28,8 +28,11 @@ SLOWED = 5  # times as far from the minimum may a search end that points without
 
 @dataclass(frozen=True)
 class OptimizerCase(Drawn):
-    """An optimiser, and what is stated of it: that in `dim` dimensions it comes within `distance` of a sphere's minimum (unit
-    cube) with `evaluations`, or fewer if it ends by itself."""
+    """An optimiser, and what is stated of it.
+
+    In `dim` dimensions it comes within `distance` of a sphere's minimum (unit cube) with `evaluations`, or fewer if it
+    ends by itself.
+    """
 
     contract: ClassVar = Optimizer
     plugin: Optimizer
@@ -128,7 +131,10 @@ def returns_the_objectives_result(case: OptimizerCase) -> None:
 
 
 def ends_with_its_budget(case: OptimizerCase) -> None:
-    """A budget is not overspent, and an optimiser ends when it is spent, also one that swallows `BudgetSpent`."""
+    """A budget is not overspent, and an optimiser ends when it is spent.
+
+    Optimisers that swallow `BudgetSpent` must end, too.
+    """
     for budget in BUDGETS:
         objective = case.watched(case.sphere, budget)
         require(

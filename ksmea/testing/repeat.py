@@ -1,4 +1,7 @@
-"""Reproducibility: a seed gives equal numbers again, in another process, and whatever the state of shared generators."""
+"""Reproducibility: a seed gives equal numbers again, also in another process.
+
+The state of shared generators makes no difference.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Properties of every problem, also with an effect: units, shapes, batches, sensitivity, other speeds, stability."""
+"""Properties of every problem, also with an effect.
+
+Units, shapes, batches, sensitivity, other speeds, stability.
+"""
 
 from __future__ import annotations
 
@@ -27,8 +30,10 @@ ROUNDING = 1e-9  # of a response, which a step divides
 
 @dataclass(frozen=True)
 class Seen:
-    """A problem that a plugin makes, and points (n, d) SI at which it is looked at; `label` ends messages with where an effect
-    sits: '' or ' at 0.5 m'."""
+    """A problem that a plugin makes, and points (n, d) SI at which it is looked at.
+
+    `label` ends messages with where an effect sits: '' or ' at 0.5 m'.
+    """
 
     label: str
     problem: Problem
@@ -148,7 +153,7 @@ def _differences(problem: Problem, x: Array, steps: Array) -> ComplexArray:
 
 
 def _worst_column(found: ComplexArray, expected: ComplexArray, rounding: Array | float) -> tuple[float, int]:
-    """Largest error of a column over its largest entry, what rounding makes of it allowed, and which column it is."""
+    """Largest error of a column over its largest entry, less rounding, and the index of the column."""
     error = np.max(np.abs(found - expected), axis=(0, 1)) - rounding
     largest = np.max(np.abs(expected), axis=(0, 1))
     relative = np.maximum(error, 0) / np.where(largest > 0, largest, 1.0)

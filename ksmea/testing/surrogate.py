@@ -1,4 +1,6 @@
-"""The exam of surrogates, on the response of a Jeffcott rotor: shapes, samples, their order and their units.
+"""The exam of surrogates, on the response of a Jeffcott rotor.
+
+Shapes, samples, their order and their units.
 
 Outputs are made of the response by the surrogate's own transform and turned back, as a method does it.
 """
@@ -33,9 +35,12 @@ SAME = 1e-3
 
 @dataclass(frozen=True)
 class SurrogateCase(Drawn):
-    """A surrogate, and what is stated of it: with `samples` of five unknowns its rms error, in parts of the standard deviation of
-    each output, is at most `at_samples` at the samples and `between` elsewhere. `at_samples` of one that smooths is larger than of
-    one that interpolates."""
+    """A surrogate, and what is stated of it.
+
+    With `samples` of five unknowns its rms error, in parts of the standard deviation of each output, is at most
+    `at_samples` at the samples and `between` elsewhere. `at_samples` of one that smooths is larger than of one that
+    interpolates.
+    """
 
     contract: ClassVar = Surrogate
     plugin: Surrogate
@@ -84,7 +89,10 @@ class SurrogateCase(Drawn):
 
 
 def predicts_in_shape(case: SurrogateCase) -> None:
-    """Points (k, d) give finite predictions (k, q), each as it is alone; variances likewise, and no less than 0."""
+    """Points (k, d) give finite predictions (k, q), each as it is alone.
+
+    Variances likewise, and no less than 0.
+    """
     n, q = len(case.new), case.outputs.shape[1]
     found = case.fitted.predict(case.new)
     require(found.shape == (n, q), f"predictions of shape {(n, q)}", found.shape, "return a row for each point")
@@ -103,7 +111,10 @@ def predicts_in_shape(case: SurrogateCase) -> None:
 
 
 def tells_its_error_in_shape(case: SurrogateCase) -> None:
-    """Leave-one-out errors are one number for each output, none below 0; or None, and the prediction counts as exact."""
+    """Leave-one-out errors are one number for each output, none below 0.
+
+    They may also be None, and the prediction counts as exact.
+    """
     q, errors = case.outputs.shape[1], case.fitted.leave_one_out()
     if errors is not None:
         right = errors.shape == (q,) and bool(np.all(errors >= 0))
@@ -167,7 +178,10 @@ def few_samples_are_enough(case: SurrogateCase) -> None:
 
 
 def grows_by_a_sample(case: SurrogateCase) -> None:
-    """With one more sample, appended or fitted again, it follows that too, and the earlier one stays as it was."""
+    """With one more sample, appended or fitted again, it follows that too.
+
+    The earlier predictor stays as it was.
+    """
     earlier = case.fit(case.points[:-1], case.outputs[:-1])
     before = earlier.predict(case.new)
     refitted = case.plugin.refit(earlier, case.points, case.outputs, np.random.default_rng(1))

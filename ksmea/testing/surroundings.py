@@ -42,7 +42,10 @@ def one_process_returns(case: Drawn) -> None:
 
 
 def _return_once(function: Callable[[], object], writing: int) -> None:
-    """The life of a fork in which a plugin runs: each process that returns, also one that the plugin has forked, says so and ends."""
+    """The life of a fork in which a plugin runs.
+
+    Each process that returns, also one that the plugin has forked, says so and ends.
+    """
     try:
         with suppress(BaseException):
             function()
@@ -68,7 +71,10 @@ def clock_plays_no_part(case: Drawn) -> None:
 
 @contextmanager
 def fast_clocks() -> Iterator[None]:
-    """Each look at a clock of the module `time` is an hour after the last one, as in a run that is that slow."""
+    """Make each look at a clock of the module `time` an hour after the last one.
+
+    This is as in a run that is that slow.
+    """
     steps = count(1)
     with ExitStack() as patched:
         for name in CLOCKS:

@@ -1,4 +1,6 @@
-"""Tabular lists of Bently Nevada ADRE Sxp: blocks of lines with bars or tabs between the cells, UTF-16 or UTF-8.
+"""Tabular lists of Bently Nevada ADRE Sxp.
+
+Blocks of lines with bars or tabs between the cells, UTF-16 or UTF-8.
 
     CH#|Channel Name|Machine Name|Status|Angle|Direction|Speed Units(P)|Amp Unit|Phase Unit|
     1|BRG1X|TURBINE|OK|45°|Right|rpm|mil pp|deg|
@@ -44,7 +46,10 @@ class _Channel:
 
 
 def read_adre(content: bytes, answers: Answers) -> list[Curve]:
-    """The channels of a list, each at each harmonic that it has. Raises `SettingError`, with the line at fault, for other content."""
+    """The channels of a list, each at each harmonic that it has.
+
+    Raises `SettingError`, with the line at fault, for other content.
+    """
     path, text = answers.path, text_of(content, answers.path)
     channels = _channels(text, path)
     if not channels:

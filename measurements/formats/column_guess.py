@@ -106,8 +106,11 @@ def columns_question(
     *,
     is_plain: bool = False,
 ) -> OpenQuestion:
-    """The question what columns hold, with suggestions by the headings: by the first of the lines that suggest anything, or
-    else the `placeholders`. With `is_plain` the file has no headings, and columns have numbers."""
+    """The question what columns hold, with suggestions by the headings.
+
+    They are from the first of the lines that suggest anything, or else the `placeholders`. With `is_plain` the file has
+    no headings, and columns have numbers.
+    """
     if is_plain:
         numbered = tuple(each.replace("HEADING", "#NUMBER") for each in placeholders)
         return OpenQuestion(f"{said}; the file has no headings: columns are #1, #2, …", "columns", numbered, None)
@@ -128,8 +131,9 @@ MOST_SIGNALS = 64  # more columns than this are named by hand
 
 
 def guessed_waveforms(headings: Sequence[str]) -> tuple[str, ...]:
-    """`columns` of format=waveform as the headings suggest them; empty if not just one of them speaks of a keyphasor, or others of
-    speeds or phases, which a table of vectors has.
+    """Setting `columns` of format=waveform as the headings suggest it.
+
+    Empty if not just one of them speaks of a keyphasor, or others of speeds or phases, which a table of vectors has.
 
     >>> guessed_waveforms(["t (s)", "KPH", "probe A (um)", "probe B (um)"])
     ('time=t (s)', 'keyphasor=KPH', 'signal.probe A=probe A (um)', 'signal.probe B=probe B (um)')
@@ -143,7 +147,9 @@ def guessed_waveforms(headings: Sequence[str]) -> tuple[str, ...]:
 
 
 def guessed_unmarked(headings: Sequence[str]) -> tuple[str, ...]:
-    """`columns` of format=waveform without a keyphasor; empty if no heading is a time, or several are a speed.
+    """Setting `columns` of format=waveform without a keyphasor.
+
+    Empty if no heading is a time, or several are a speed.
 
     >>> guessed_unmarked(["t_s", "speed_rpm", "A_um"])
     ('time=t_s', 'speed=speed_rpm', 'signal.A=A_um')
@@ -165,7 +171,10 @@ def _without_unit(heading: str) -> str:
 
 
 def _waveforms(headings: Sequence[str], others: Sequence[str], used: Sequence[str]) -> tuple[str, ...]:
-    """The time, `others`, and a signal of each heading that is neither; empty if one of them is a phase, or names are not distinct."""
+    """The time, `others`, and a signal of each heading that is neither.
+
+    Empty if one of them is a phase, or names are not distinct.
+    """
     filled = [each for each in headings if each.strip()]
     times = [each for each in filled if _means(TIME, each) and each not in used]
     signals = [each for each in filled if each not in (*used, *times)]

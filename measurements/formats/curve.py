@@ -16,7 +16,10 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 @dataclass(frozen=True)
 class Curve:
-    """The rows of one probe in the order of the file, (n,) each. Texts are copied from the file, empty if it does not have them."""
+    """The rows of one probe in the order of the file, (n,) each.
+
+    Texts are copied from the file, empty if it does not have them.
+    """
 
     name: str
     where: str  # in the file, for messages

@@ -82,7 +82,10 @@ def _has_keyphasor(path: str, content: bytes, read: Callable[[bytes, str, Sequen
 
 
 def _is_sampled(text: str, path: str) -> bool:
-    """Whether rows with a time and a speed are samples of a turn, and not vectors of many turns: several within a turn."""
+    """Whether rows with a time and a speed are samples of a turn, and not vectors of many turns.
+
+    Several within a turn.
+    """
     for separator in SEPARATORS:
         rows = (cells for _, cells in islice(rows_of_cells(text, separator, path), MOST_LINES) if len(cells) > 2)
         columns: dict[str, str] = {}

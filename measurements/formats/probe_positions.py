@@ -60,7 +60,10 @@ def places(texts: Sequence[str]) -> dict[str, Place]:
 
 
 def model_direction(text: str, rotation: str | None, what: str) -> str:
-    """The model's direction (`ksmea.measurement.channel`) of a probe that a text describes; `what` names it in errors."""
+    """The model's direction (`ksmea.measurement.channel`) of a probe that a text describes.
+
+    `what` names it in errors.
+    """
     vertical = FROM_VERTICAL.fullmatch(text.strip())
     if vertical and rotation is None:
         raise OpenQuestion(

@@ -19,8 +19,11 @@ Source = TypeVar("Source")
 
 @dataclass(frozen=True)
 class Question:
-    """`setting` answers it, each of `shown` is an answer with capitals in place of what only the user knows; `meanwhile` is one with which
-    the rest of the file can be read, None if nothing can."""
+    """Open question of an import.
+
+    `setting` answers it, each of `shown` is an answer with capitals in place of what only the user knows; `meanwhile`
+    is one with which the rest of the file can be read, None if nothing can.
+    """
 
     setting: str
     said: str

@@ -78,7 +78,7 @@ READERS: dict[str, Callable[[Opened, Answers], list[Curve]]] = {
 
 
 def foreign_rows(opened: Opened, answers: Answers) -> tuple[Rows, tuple[str, ...], bool, Notation]:
-    """The rows of a file that is not the project's own, the remarks on them, whether slow roll is subtracted in it, and its notation."""
+    """Rows of a foreign file, the remarks on them, whether slow roll is subtracted, and its notation."""
     curves = READERS[answers.format](opened, answers)
     rows, remarks, notation = decided(curves, answers)
     notes = dict.fromkeys(note for curve in curves for note in curve.notes)

@@ -1,4 +1,7 @@
-"""Table of named columns, with texts or numbers as cells; text files with any separator, decimal mark and encoding."""
+"""Table of named columns, with texts or numbers as cells.
+
+Text files with any separator, decimal mark and encoding.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,10 @@ class Sheet:
     has_brackets_in_headings: bool = True  # at their end, with a unit
 
     def named(self, name: str) -> str:
-        """The heading that a name means: itself, itself in other case, or #3 for the third. `SettingError` if none is."""
+        """The heading that a name means: itself, itself in other case, or #3 for the third.
+
+        `SettingError` if none is.
+        """
         if name in self.columns:
             return name
         alike = [each for each in self.columns if each.lower() == name.strip().lower()]
@@ -123,7 +129,10 @@ class SheetRows:
 
 
 def common_length(columns: Mapping[str, Sized], headings: Sequence[str], path: str, cure: str) -> int:
-    """The length of the columns that are named, or of most; `SettingError` with the `cure` if named ones differ."""
+    """The length of the columns that are named, or of most.
+
+    Raises `SettingError` with the `cure` if named ones differ.
+    """
     for heading in headings:
         if heading not in columns:
             continue
@@ -167,8 +176,11 @@ MOST_LINES = 100  # in which headings are looked for, to suggest what they hold
 
 
 def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows: int = MAX_ROWS) -> Sheet:
-    """The table below the first line that has all of these headings; the headings of the project's own file if none are given.
-    Lines that begin with # are remarks, and lines above the headings are ignored."""
+    """The table below the first line that has all of these headings.
+
+    The headings of the project's own file if none are given. Lines that begin with # are remarks, and lines above the
+    headings are ignored.
+    """
     text = text_of(content, path)
     for separator in (*SEPARATORS, BLANKS):
         table = _table(text, separator, path, list(headings), most_rows)
@@ -187,7 +199,10 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
 
 
 def has_no_headings(text: str, path: str) -> bool:
-    """Whether the first line that is not a remark holds values: a logger's file whose columns are known by their number."""
+    """Whether the first line that is not a remark holds values.
+
+    A logger's file whose columns are known by their number.
+    """
     for separator in (*SEPARATORS, BLANKS):
         for _, cells in rows_of_cells(text, separator, path):
             if not cells[0].startswith("#"):

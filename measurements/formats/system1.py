@@ -53,7 +53,10 @@ class _Block:
 
 
 def read_system1(content: bytes, answers: Answers) -> list[Curve]:
-    """The points of an export. Raises `SettingError`, with the line if there is one at fault, if the text is not such an export."""
+    """The points of an export.
+
+    Raises `SettingError`, with the line if there is one at fault, if the text is not such an export.
+    """
     path, text = answers.path, text_of(content, answers.path)
     separator = _separator(text)
     if separator is None:

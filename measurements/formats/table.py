@@ -67,7 +67,10 @@ class Roles:
 
 
 def roles_of(texts: Sequence[str]) -> Roles:
-    """Roles given by `columns`. Raises `SettingError` if a text is not role=heading, or a role is given twice."""
+    """Roles given by `columns`.
+
+    Raises `SettingError` if a text is not role=heading, or a role is given twice.
+    """
     found: dict[tuple[str, str], str] = {}
     for text in texts:
         left, separator, heading = text.partition("=")
@@ -171,7 +174,7 @@ def _require_places(sheet: Sheet, places: Array) -> None:
 
 
 def _curve(sheet: Sheet, roles: Roles, name: str) -> tuple[Curve, Flags | None]:
-    """All rows of a table as one curve, of the roles with a name or without, and which of them are valid (None: all)."""
+    """Rows of a table as one curve, of the roles with or without a name, and which are valid (None: all)."""
     speed = roles.of("speed", name)
     if speed is None:
         raise SettingError(
@@ -228,7 +231,7 @@ def _vector(sheet: Sheet, roles: Roles, name: str) -> tuple[Array, Array | None,
 
 
 def _require_unit(sheet: Sheet, heading: str, other: str) -> None:
-    """Raise `SettingError` if a column says another unit or detector than the one whose unit is taken for it."""
+    """Raise `SettingError` if a column states another unit or detector than the one assumed for it."""
     said, taken = amplitude_unit(sheet.unit(heading)), amplitude_unit(sheet.unit(other))
     if said is None or taken is None:  # no unit in these brackets, or one that is refused by itself
         return

@@ -23,7 +23,10 @@ HEAD = 100_000  # bytes, even for UTF-16: headings stand at the beginning
 
 
 def text_of(content: bytes, path: str) -> str:
-    """The content as text: by its byte order mark, as UTF-16 where every other byte is 0, else UTF-8, else Windows-1252."""
+    """Content as text, by its byte order mark or a guess.
+
+    The guess is UTF-16 if every other byte is 0, else UTF-8, else Windows-1252.
+    """
     encodings = [name for mark, name in BYTE_ORDER_MARKS.items() if content.startswith(mark)]
     if not encodings:
         head = content[:1000]
@@ -43,7 +46,10 @@ def text_of(content: bytes, path: str) -> str:
 
 
 def beginning_of(content: bytes, path: str) -> str:
-    """The first lines of a text, in which headings stand, also of a file that is too long to be looked through for them."""
+    """First lines of a text, in which headings stand.
+
+    They are also read from a file that is too long to be searched.
+    """
     head = content[:HEAD]
     if len(content) > HEAD and 0 not in head:  # in UTF-16 every cut at an even place is one between characters
         head = head[: head.rfind(b"\n") + 1] or head
@@ -68,7 +74,9 @@ def rows_of_cells(text: str, separator: str, path: str) -> Iterator[tuple[int, l
 
 
 def is_data(cells: Sequence[str]) -> bool:
-    """Whether a line holds values and no headings: numbers, and nothing else but times and signs for a value that is missing.
+    """Whether a line holds values and no headings.
+
+    Numbers, and nothing else but times and signs for a value that is missing.
 
     >>> is_data(["0.001", "-2,5"]), is_data(["12:00:01", "3", "n/a"]), is_data(["t", "KPH"]), is_data(["12 May", "rig"])
     (True, True, False, False)
@@ -78,8 +86,10 @@ def is_data(cells: Sequence[str]) -> bool:
 
 
 def has_decimal_commas(cells: Sequence[str], where: str) -> bool:
-    """Whether numbers are written with commas. `SettingError` if some are and some have points: one of them may be a mark
-    of thousands."""
+    """Whether numbers are written with commas.
+
+    `SettingError` if some are and some have points: one of them may be a mark of thousands.
+    """
     comma = next((cell for cell in cells if COMMA.fullmatch(cell)), None)
     point = next((cell for cell in cells if "." in cell and POINT.fullmatch(cell)), None)
     if comma is not None and point is not None:

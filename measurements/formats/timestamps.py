@@ -19,8 +19,10 @@ SEPARATORS = (" ", "T")
 
 
 def seconds(texts: Sequence[str]) -> Array | None:
-    """Seconds since the first of several times, (n,); None if they are no times, or if month and day could be either and
-    that makes a difference. Of clock times without a date one that is half a day earlier than the one before is of the next day.
+    """Seconds since the first of several times, (n,).
+
+    None if they are no times, or if month and day could be either and that makes a difference. Of clock times without a
+    date one that is half a day earlier than the one before is of the next day.
 
     >>> seconds(["4/4/2021 4:35:40 AM", "4/4/2021 4:35:41 AM"])
     array([0., 1.])

@@ -1,4 +1,6 @@
-"""Curves of a file as rows of a measurement: µm zero to peak, degrees of lead, rpm; every decision in words.
+"""Curves of a file as rows of a measurement: µm zero to peak, degrees of lead, rpm.
+
+Every decision in words.
 
 Velocity and acceleration become displacement by q = v / (i h Ω) and q = a / (i h Ω)² at the harmonic h.
 """
@@ -52,8 +54,10 @@ class Decided:
 
 
 def decided(curves: Sequence[Curve], answers: Answers) -> tuple[Rows, tuple[str, ...], Notation]:
-    """The rows that a file holds, in the order of time, and the remarks on them, and the units and names of the file. Raises `SettingError` if a question is
-    left open."""
+    """Rows of a file in the order of time, remarks on them, and units and names of the file.
+
+    Raises `SettingError` if a question is left open.
+    """
     chosen, others = _chosen(curves, answers)
     channels = [_decided(curve, place, answers) for curve, place in chosen]
     _require_all_or_none(channels, answers)
@@ -165,7 +169,7 @@ def _notation(channels: Sequence[Decided]) -> Notation:
 
 
 def _ask_directions(answers: Answers, curve: Curve, where: str) -> NoReturn:
-    """Ask for the directions of all probes that are named without one, for a file that does not say it either."""
+    """Ask for the directions of all probes named without one, if the file does not state them."""
     named = places(answers.probes)
     lacking = {text: not each.direction for text, each in zip(answers.probes, named.values())}
     raise OpenQuestion(
@@ -269,7 +273,10 @@ def _require_all_or_none(channels: Sequence[Decided], answers: Answers) -> None:
 
 
 def _rows(channels: Sequence[Decided], path: str) -> Rows:
-    """The rows of all channels, in the order of time if it is known, else the n-th rows of all channels together."""
+    """Rows of all channels, in the order of time if it is known.
+
+    Otherwise the n-th rows of all channels stand together.
+    """
     n_row = sum(len(each.curve.line) for each in channels)
     if n_row > MAX_ROWS:
         raise SettingError(f"{path}: expected at most {MAX_ROWS} rows (speeds × channels), got {n_row}; thin them out")

@@ -1,4 +1,7 @@
-"""Units as files spell them: of amplitudes with their detector (peak to peak, zero to peak, rms), of speeds, times and phases."""
+"""Units as files spell them: of amplitudes with their detector, of speeds, times and phases.
+
+Detectors are peak to peak, zero to peak and rms.
+"""
 
 from __future__ import annotations
 
@@ -159,7 +162,9 @@ def _plain(unit: str) -> str:
 
 
 def unit_in_heading(heading: str, *, in_brackets: bool = True) -> str:
-    """The text in brackets at the end of a heading, or the last words if they are a unit; empty if there is neither.
+    """The text in brackets at the end of a heading, or the last words if they are a unit.
+
+    Empty if there is neither.
 
     >>> unit_in_heading("1X Amp (µm pp)"), unit_in_heading("X_um_pp"), unit_in_heading("Speed"), unit_in_heading("probe_g")
     ('µm pp', 'um pp', '', '')

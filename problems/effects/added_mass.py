@@ -1,4 +1,6 @@
-"""A mass that the model lacks at one place of the shaft, or has too much of: a coupling, a sleeve, a nut, a heavier disk.
+"""Mass that the model lacks at one place of the shaft, or has too much of.
+
+Examples are a coupling, a sleeve, a nut, a heavier disk.
 
 As a point it resists acceleration along x and y, f = Ω² m q. A part with a radius of gyration r about the shaft also resists tilting,
 with I_p = m r² and I_d in the proportion of the disk there, or half of I_p (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010,

@@ -1,4 +1,4 @@
-"""Annular seal: the liquid in a narrow gap around the shaft carries it, damps it, and drags it along as it swirls.
+"""Annular seal: the liquid in a narrow gap carries the shaft, damps it, and drags it as it swirls.
 
 The liquid turns at λ times the speed of the shaft, on average, and what resists motion is motion against the liquid:
 
@@ -74,8 +74,11 @@ class AnnularSeal(SeatedEffect):
         return bool(problem.rotor.seals) or not problem.is_as_drawn
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        """Each seal that the rotor states; else each disk that is at no bearing, as impellers and pistons have seals; without any, half way
-        between the outer bearings."""
+        """Each seal that the rotor states.
+
+        Without seals it is each disk that is at no bearing, as impellers and pistons have seals; without any, the point
+        half way between the outer bearings.
+        """
         return _gaps(problem.rotor)
 
     def site_law(self) -> SiteLaw:

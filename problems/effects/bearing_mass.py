@@ -1,4 +1,6 @@
-"""Bearings that soften as the frequency rises, K − M Ω²: springs with mass, alike under all bearings, in x and in y.
+"""Bearings that soften as the frequency rises, K − M Ω².
+
+Springs with mass, alike under all bearings, in x and in y.
 
 A housing that moves with the journal, a heavy squirrel cage or mount and the liquid of a long film add M to each bearing
 (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, section 5.5; Childs, Turbomachinery Rotordynamics, 1993,

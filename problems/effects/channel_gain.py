@@ -1,4 +1,6 @@
-"""Gain of one channel or of one plane other than assumed: y_j (1 + g), real and the same at all speeds.
+"""Gain of one channel or of one plane other than assumed.
+
+Y_j (1 + g), real and the same at all speeds.
 
 A probe's scale factor depends on the shaft's material and the cable's length; API 670 lets an eddy-current probe err by
 5 %. A factor of 2 or 25.4 is a unit: peak to peak for 0-peak, mil for µm. A gain that all channels have in common

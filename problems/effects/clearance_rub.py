@@ -1,4 +1,4 @@
-"""Rub: where its motion is larger than a clearance, the shaft touches a stop around it and rubs against it.
+"""Rub: if its motion exceeds a clearance, the shaft touches a stop around it and rubs.
 
 With r the motion at the place, the stop pushes with −k (1 − δ/|r|) r outside of |r| = δ, and drags against the turning
 shaft with μ times as much, at right angles (the Jeffcott rotor of A. Muszynska, Rotordynamics, 2005, ch. 5, and

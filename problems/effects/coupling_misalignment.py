@@ -1,4 +1,6 @@
-"""Coupling misalignment: what a coupling that is not true does to the end of the shaft, at the frequency of rotation.
+"""Coupling misalignment: action of a coupling that is not true on the end of the shaft.
+
+It acts at the frequency of rotation.
 
 Hubs that are bored off centre push the end of the shaft aside, a force; flanges that are not square bend it, a moment. Both turn
 with the shaft and do not depend on speed, as they come of the stiffness of the coupling and not of inertia. They act at the couplings
@@ -83,8 +85,10 @@ class CouplingMisalignment(PlacedEffect):
         return dataclasses.replace(stated, sentence=sentence)
 
     def locations(self, problem: RotorProblem) -> Sequence[CouplingMisalignment]:
-        """A force and a moment at each coupling of the rotor, moments at nodes, or at each free end of a rotor that names none; twice per
-        turn too if that is measured."""
+        """Force and moment at each coupling, moments at nodes, or at each free end without a coupling.
+
+        They also act twice per turn if that is measured.
+        """
         twice = self.twice or any(channel.harmonic == TWICE for channel in problem.channels)
         nodes, rotor = problem.rotor.node_positions, problem.rotor
         places = rotor.couplings or free_ends(rotor)
@@ -130,7 +134,10 @@ class CouplingMisalignment(PlacedEffect):
 
 
 def free_ends(rotor: Rotor) -> tuple[float, ...]:
-    """Ends of the shaft (m), at the outer bearings or beyond, where half a coupling finds room: without a disk within a diameter."""
+    """Ends of the shaft (m), at the outer bearings or beyond, where half a coupling finds room.
+
+    All disks are more than a diameter away.
+    """
     parts = [part.position for part in (*rotor.disks, *rotor.masses)]
     return tuple(
         end for end in (0.0, rotor.length) if not any(abs(part - end) < diameter_at(rotor, end) for part in parts)

@@ -1,4 +1,6 @@
-"""Crack: a transverse crack that breathes under the rotor's weight, and takes bending stiffness away where it is open.
+"""Crack: a transverse crack that breathes under the rotor's weight.
+
+It reduces bending stiffness while it is open.
 
 A length ℓ of the shaft loses the part s of its bending stiffness along the diameter through the crack, which turns with
 the shaft and lies at an angle α past +x at t = 0. The crack is open where it lies in the direction of the weight, and
@@ -118,7 +120,10 @@ class Crack(PlacedEffect):
         return np.concatenate(found)
 
     def turning_stiffness(self, rotor: Rotor, theta: Array) -> ComplexArray:
-        """−Σ c_k e^{ik(θ − γ)} n nᵀ with n nᵀ = ½ + ¼ (S e^{2iθ} + conj), up to the orders by which the motion is coupled."""
+        """Turning stiffness −Σ c_k e^{ik(θ − γ)} n nᵀ.
+
+        With n nᵀ = ½ + ¼ (S e^{2iθ} + conj), up to the orders by which the motion is coupled.
+        """
         vector = forward_vector(theta)
         turn, gravity = np.exp(1j * np.angle(vector)), np.exp(1j * self.gravity_deg * DEGREE)
         share = np.array([each for each, _ in self._bending(rotor).values()])
@@ -142,8 +147,10 @@ class Crack(PlacedEffect):
 
 @lru_cache(MAX_KEPT)
 def softened(rotor: Rotor, position: float, length: float) -> Mapping[int, tuple[float, Array]]:
-    """The way to bend of each element that a length about a position (m) touches: λ, and the row (4,) of one plane that reads it, of
-    unit stiffness."""
+    """The way to bend of each element that a length about a position (m) touches.
+
+    λ, and the row (4,) of one plane that reads it, of unit stiffness.
+    """
     softer = dataclasses.replace(rotor, hubs=(*rotor.hubs, Hub(position, length, HALVED)))
     found = {}
     for index, (before, after) in enumerate(zip(elements(rotor), elements(softer), strict=True)):

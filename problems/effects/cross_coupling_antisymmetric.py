@@ -1,4 +1,6 @@
-"""Antisymmetric cross-coupling of the bearings, kxy = −kyx = κ: the tangential force of an oil film, a seal, steam.
+"""Antisymmetric cross-coupling of the bearings, kxy = −kyx = κ.
+
+The tangential force of an oil film, a seal, steam.
 
 It feeds the forward whirl for κ > 0 and damps it for κ < 0 (Friswell, Penny, Garvey & Lees, Dynamics of Rotating
 Machines, 2010, section 7.4).

@@ -1,4 +1,6 @@
-"""Symmetric cross-coupling of the bearings, kxy = kyx = κ: the principal axes of their stiffness are not x and y.
+"""Symmetric cross-coupling of the bearings, kxy = kyx = κ.
+
+The principal axes of their stiffness are not x and y.
 
 A bearing with stiffnesses k₁, k₂ along axes that are turned by α has kxy = kyx = ½(k₁ − k₂) sin 2α. It turns the orbit's
 ellipse, and does no work (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapter 5; J. W. Lund,

@@ -1,4 +1,6 @@
-"""Moments of inertia of one disk other than assumed, polar and diametral ones in one proportion; its mass is as assumed.
+"""Moments of inertia of one disk other than assumed, polar and diametral ones in one proportion.
+
+Its mass is as assumed.
 
 A drawing gives the mass of an impeller and leaves its moments of inertia to a formula for a ring. They tilt modes: an overhung disk splits
 forward and backward whirl by its polar moment (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapter 3).

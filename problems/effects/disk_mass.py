@@ -1,4 +1,6 @@
-"""One disk heavier or lighter than assumed, its mass and both moments of inertia in one proportion: another material, blades, a filled bore.
+"""One disk heavier or lighter than assumed, its mass and both moments of inertia in one proportion.
+
+Another material, blades, a filled bore.
 
 Unlike `added_mass` as a point, it brings the moments of inertia of the disk along: an impeller that is heavier tilts more slowly
 too (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapter 5, for the matrices of a disk).

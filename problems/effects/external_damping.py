@@ -1,4 +1,6 @@
-"""External damping: what surrounds the shaft and stands still, such as a liquid, damps it along its whole length.
+"""External damping: the standing surroundings of the shaft damp it along its whole length.
+
+A liquid is an example.
 
 A force −c q̇ per length of shaft, with q̇ as it is seen from the ground. In a viscous liquid c grows as the gap around the
 shaft narrows; the mass that the liquid adds is another effect (M. W. Wambsganss, S. S. Chen & J. A. Jendrzejczyk, Added mass

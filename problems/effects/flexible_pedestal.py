@@ -1,4 +1,4 @@
-"""Flexible pedestals: each bearing stands on a spring with a mass, so that the shaft feels both in series.
+"""Flexible pedestals: each bearing stands on a spring with a mass, in series with the bearing.
 
 At a compliance of 0 it is rigid, whatever its mass and loss factor (`problems/rotor/finite_elements/bearing.py`). All pedestals are
 alike, and probes measure against the ground. The softest is one that the rotor's weight presses down by `SAG`: on it the rotor would
@@ -61,7 +61,10 @@ class FlexiblePedestal(RotorEffect):
 
 
 def softest_pedestal(problem: RotorProblem) -> float:
-    """Compliance at which each bearing's share of the rotor's weight presses its pedestal down by `SAG`, m/N."""
+    """Compliance, m/N, at which the rotor's weight presses each pedestal down by `SAG`.
+
+    Each carries its bearing's share of the weight.
+    """
     return SAG * max(1, len(problem.rotor.bearings)) / (GRAVITY * rotor_mass(problem))
 
 

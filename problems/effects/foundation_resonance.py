@@ -1,4 +1,4 @@
-"""Foundation resonance: all bearings stand on one block, which moves along one axis as a mass on a spring.
+"""Foundation resonance: all bearings stand on one block, a mass on a spring along one axis.
 
 With a = s/(1 + iη − s Ω² m) its compliance and F_b the force on bearing b, the block moves by v = a Σ F_b and takes all bearings along
 (`problems/rotor/finite_elements/bearing.py`); at a compliance of 0 it is rigid, whatever its mass. It has a resonance of its own at √(1/(s m)), in one

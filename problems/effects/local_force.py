@@ -1,4 +1,6 @@
-"""A force or moment at one place of the shaft that follows a law: what `+experiment=locate` finds, as part of a model.
+"""A force or moment at one place of the shaft that follows a law.
+
+It is the result of `+experiment=locate` as part of a model.
 
 The laws are in `ksmea.nonlinear.laws` – a vector that turns with the shaft, a spring, damper, mass or cross-coupling, a
 stop … – or a smooth function of speed (`ksmea.nonlinear.smooth_law`). It follows the motion of its site as all else

@@ -44,7 +44,10 @@ class Mass(RotorEffect):
     }
 
     def locations(self, problem: RotorProblem) -> Sequence[Mass]:
-        """The whole rotor; nowhere if each mass and the density are known by themselves: one of these then is wrong, not all alike."""
+        """Whole rotor as the only location.
+
+        Empty if each mass and the density are known by themselves: one of these is then wrong, not all alike.
+        """
         each_by_itself = all(are_known_to_tolerance(problem, field) for field in ("density", "mass"))
         return [] if each_by_itself else [self]
 

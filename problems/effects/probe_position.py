@@ -1,4 +1,6 @@
-"""Probes of one plane that sit elsewhere along the shaft than assumed, all of them by the same distance.
+"""Probes of one plane at another position along the shaft than assumed.
+
+All of them are off by one distance.
 
 The distance of a probe from the end of a shaft that nobody sees is read from a drawing. Near a node of a mode some millimetres change
 its reading as much as a wrong gain does, and with the other sign beyond it.

@@ -1,4 +1,6 @@
-"""Probes at one plane that stand at other angles than assumed: both turned by θ from x to y, or one of them.
+"""Probes at one plane that stand at other angles than assumed.
+
+Both turned by θ from x to y, or one of them.
 
 y_x' = cos θ y_x + sin θ y_y, y_y' = −sin θ y_x + cos θ y_y, the same at all speeds and alike for probes at other angles. On a circular orbit it is only a phase;
 an ellipse turns (Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, for probes and their angles).
@@ -53,8 +55,10 @@ class ProbeRotation(PlacedEffect):
         return where(self.position) if self.direction is None else f"{named(self.direction)} {where(self.position)}"
 
     def locations(self, problem: RotorProblem) -> Sequence[ProbeRotation]:
-        """Each plane that has probes in two directions, then each probe of a machine as drawn where there are others to compare it
-        with."""
+        """Each plane with probes in two directions, then each probe of a machine as drawn.
+
+        The latter only if there are others to compare it with.
+        """
         whole = self.at_each(plane for plane in planes(problem) if _has_two(plane, problem.channels))
         channels = dict.fromkeys(channel for channel in problem.channels if channel.is_1x)
         if len(channels) < 2 or not problem.is_as_drawn:

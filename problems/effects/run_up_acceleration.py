@@ -1,4 +1,6 @@
-"""Run-up or coast-down: the speed sweeps at a constant rate α through the critical speeds while the response is measured.
+"""Run-up or coast-down: the speed sweeps through the critical speeds while the response is measured.
+
+It changes at a constant rate α.
 
 The peak comes late, at a higher speed in a run-up and at a lower one in a coast-down, is lower, and beats behind it
 (F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253–261). The response is
@@ -98,7 +100,10 @@ class RunUpAcceleration(RotorEffect):
             raise SettingError("rates: expected rates or limits other than 0, got 0; leave the run out")
 
     def seen_in(self, measurement: Measurement) -> RunUpAcceleration | None:
-        """With the direction and rate of the runs as known; None of steady states, or where nothing says which way."""
+        """Effect with the direction and rate of the runs, if known.
+
+        None for steady states, or if the direction is not known.
+        """
         if measurement.campaign is not None:
             return self._in_runs(measurement.campaign, measurement.speed)
         history = measurement.history

@@ -1,4 +1,6 @@
-"""Runout: the surface under the probes is not concentric, so that they read a displacement although the shaft does not move.
+"""Runout: the surface under the probes is not concentric.
+
+The probes read a displacement although the shaft does not move.
 
 A constant forward vector r is added to the readings of one measuring plane: y_x += r, y_y += −i r, and e^{−iθ} r to the
 reading of a probe at θ. A surface that is not round, or magnetised unevenly, gives each probe a vector of its own (slow
@@ -41,7 +43,10 @@ PARTS = ("x", "y")  # of a vector a + ib = A (cos φ + i sin φ), φ its phase l
 
 @dataclass(frozen=True)
 class Runout(PlacedEffect):
-    """Probes read a constant vector in addition to the motion: one circle of a plane, or a vector for each probe."""
+    """Probes read a constant vector in addition to the motion.
+
+    One circle of a plane, or a vector for each probe.
+    """
 
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
     probes: list[str] = setting(
@@ -83,7 +88,10 @@ class Runout(PlacedEffect):
         return found if len(found) == 1 else ()
 
     def locations(self, problem: RotorProblem) -> Sequence[Runout]:
-        """A circle at each plane; on a machine as drawn also a vector for each probe of a plane with several, and for all probes."""
+        """Circle at each plane.
+
+        A machine as drawn also has a vector for each probe of a plane with several, and for all probes.
+        """
         found = planes(problem)
         circles = self.at_each(found)
         if not problem.is_as_drawn:

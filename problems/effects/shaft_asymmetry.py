@@ -1,4 +1,6 @@
-"""Shaft asymmetry: the shaft is stiffer in bending along one of its diameters than along the other, as by keyways or slots.
+"""Shaft asymmetry: the shaft is stiffer in bending along one diameter than along the other.
+
+Causes are keyways or slots.
 
 With second moments of area I (1 ± ε) along axes ξ and η that turn with the shaft, ξ at an angle α past +x at t = 0, the shaft's
 stiffness is larger by ε along ξ and smaller by ε along η, shear alike. In complex notation it adds κ conj(r) e^{2iΩt} with

@@ -1,4 +1,6 @@
-"""The other beam theory: shear flexibility of the shaft between Euler–Bernoulli's, none, and more than Timoshenko's.
+"""Shear theory: flexibility between none (Euler–Bernoulli) and more than Timoshenko's.
+
+It is the other beam theory, of the shaft.
 
 Φ = 12EI/(κGAl²) of each element (`problems/rotor/finite_elements/shaft.py`) is multiplied by 1 + s: s = −1 leaves no shear, s = 0 is the
 model as it is, s > 0 a shear coefficient κ that is lower than Cowper's by 1/(1 + s), as of slotted, laminated and built-up

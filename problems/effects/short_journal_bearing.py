@@ -1,4 +1,6 @@
-"""Short journal bearing: an oil film between journal and bush, in series with what the model has for bearings.
+"""Short journal bearing: an oil film between journal and bush.
+
+It is in series with the model's bearings.
 
 The film has stiffness and damping that change with speed, are coupled across, and differ along and across the load
 (`problems/rotor/extension/short_bearing.py`). The model's coefficients describe the support of the bush; without

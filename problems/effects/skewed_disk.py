@@ -1,4 +1,6 @@
-"""Skewed disk: a disk that is fitted at a small angle τ to the shaft, so that its inertia bends the shaft as it turns.
+"""Skewed disk: a disk fitted at a small angle τ to the shaft.
+
+Its inertia bends the shaft as it turns.
 
 The disk's own axis turns with the shaft, tilted by τ. What it takes to whirl it so is a moment that turns forward and
 grows with Ω² (M. I. Friswell, J. E. T. Penny, S. D. Garvey & A. W. Lees, Dynamics of Rotating Machines, 2010,

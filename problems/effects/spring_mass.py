@@ -1,4 +1,6 @@
-"""A spring-mass on the shaft that the model lacks: a dynamic absorber, a flexible disk, blades or a coupling half on a soft hub.
+"""A spring-mass on the shaft that the model lacks.
+
+A dynamic absorber, a flexible disk, blades or a coupling half on a soft hub.
 
 A mass m with the natural frequency f₀ and the damping ratio ζ moves in x and y against the shaft. Far below f₀ it is an added mass, near f₀
 it splits a critical speed in two or holds the shaft at rest, far above it nearly lets go (J. P. Den Hartog, Mechanical Vibrations, 1956,

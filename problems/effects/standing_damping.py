@@ -1,4 +1,6 @@
-"""Standing damping: the shaft damps along its whole length in proportion to its stiffness, and does not turn with it, C = β K_s.
+"""Standing damping: the shaft damps in proportion to its stiffness, C = β K_s, without turning.
+
+It acts along the whole length.
 
 As many programs have it for the sum of all that nobody models: joints, sleeves, windings (Rayleigh's proportional damping). It damps
 mode n of a shaft on stiff bearings by ζ_n = β ω_n/2, high modes most, where `external_damping` damps low ones. Other than
@@ -28,7 +30,7 @@ NOTICED = (3 * MICROSECOND, 200 * MICROSECOND)  # are drawn
 
 @dataclass(frozen=True)
 class StandingDamping(RotorEffect):
-    """The shaft damps along its whole length, in proportion to its stiffness, and the damping stands still."""
+    """Standing damping of the shaft along its whole length, in proportion to its stiffness."""
 
     says = "The shaft damps itself, and the damping stands still: {standing_damping} times its stiffness"
     check_next = "Joints, sleeves and windings; damping that the rotor file leaves out."

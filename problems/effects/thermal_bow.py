@@ -70,7 +70,10 @@ class ThermalBow(Bow):
             raise SettingError(f"speeds: expected rising ones, one for each of grown, got {self.speeds}")
 
     def seen_in(self, measurement: Measurement) -> ThermalBow | None:
-        """With how far it has grown at each speed; None of steady states, or where nobody says how the run went."""
+        """Effect with the growth of the bow at each speed.
+
+        None for steady states, or if the course of the run is not known.
+        """
         if self.speeds:
             return self
         if measurement.campaign is not None:

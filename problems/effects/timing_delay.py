@@ -1,4 +1,6 @@
-"""Timing delay: readings come later by τ than the mark on the shaft that their phase counts from, y → y e^{−iΩτ}.
+"""Timing delay: readings come later by τ than the mark on the shaft, y → y e^{−iΩτ}.
+
+Their phase counts from this mark.
 
 A filter of the signal, a multiplexer that reads one channel after the other, or the edge of a wide mark delays by a time, not by
 an angle: the phase lags in proportion to speed, and amplitudes stay. A negative τ is a delay of the mark itself. Where all

@@ -1,4 +1,4 @@
-"""Bearings that differ: the stiffness of one × (1 + a), and its damping × (1 + b), in x and y separately.
+"""Unequal bearings: stiffness of one × (1 + a), and its damping × (1 + b), in x and y separately.
 
 Two bearings of one type differ by their static load and clearance (J. W. Lund, Review of the concept of dynamic
 coefficients for fluid film journal bearings, J. Tribology 109 (1987) 37–41). It changes the shape of the modes: one end
@@ -115,7 +115,10 @@ def _width(size: SizeRecord) -> float:
 
 
 def _possible(shared: set[str]) -> list[str]:
-    """Changes of the coefficients that a bearing shares with others or has as known; of damping alone if no other can differ."""
+    """Changes of the coefficients that a bearing shares with others or has as known.
+
+    They are changes of damping alone if nothing else can differ.
+    """
     found = [changes for changes, parts in CHANGES.items() if shared.issuperset(parts)]
     return [changes for changes in found if changes != DAMPING or len(found) == 1]
 

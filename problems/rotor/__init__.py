@@ -1,1 +1,4 @@
-"""Lateral vibration of a rotor on bearings: description, finite elements, modes, and the synchronous response."""
+"""Lateral vibration of a rotor on bearings.
+
+Description, finite elements, modes, and the synchronous response.
+"""

@@ -1,4 +1,6 @@
-"""Contents of a rotor file as a rotor with its unknowns, speeds and channels; docs/examples/rotor.yaml is an example.
+"""Contents of a rotor file as a rotor with its unknowns, speeds and channels.
+
+Docs/examples/rotor.yaml is an example.
 
 Whatever is not named as optional there has to be in the file: nothing is guessed.
 """
@@ -105,7 +107,10 @@ def read_description(document: Block, mesh: int | None, sheets: RotorSheets) -> 
 
 
 def _check_counts(document: Block) -> None:
-    """Raise `SettingError` if there is more of something than any rotor has, before anything is made of it."""
+    """Raise `SettingError` if there are more parts of a kind than any rotor has.
+
+    It is raised before anything is made of them.
+    """
     limits = dict.fromkeys(("disks", "masses", "probes", "unknowns", "materials", "couplings"), MAX_THINGS)
     limits |= dict.fromkeys(("bearings", "seals", "unbalance"), MAX_SUPPORTS)
     for key, most in {**limits, "shaft": MAX_ELEMENTS, "speeds": MAX_SPEEDS}.items():
@@ -178,7 +183,10 @@ def _direction(block: Block) -> str:
 def _housing_probes(
     blocks: Sequence[Block], channels: Sequence[Channel], of_bearings: Sequence[Block]
 ) -> tuple[HousingProbe, ...]:
-    """Probes that say `relative_to: bearing 1`. Where all at a place are relative to one bearing, others in a measurement are too."""
+    """Probes that say `relative_to: bearing 1`.
+
+    If all at a place are relative to one bearing, others in a measurement are too.
+    """
     found = []
     bearings = [_bearing_of(block, of_bearings) for block in blocks]
     for channel, bearing in zip(channels, bearings):
@@ -259,7 +267,10 @@ def _reversed(parameter: Parameter) -> Parameter:
 
 
 def _mirrored_inexact(inexact: Inexact) -> Inexact:
-    """Numbers seen with y reversed: directions of probes change sign, as do unknowns of bearings and unbalance."""
+    """Numbers seen with y reversed.
+
+    Directions of probes change sign, as do unknowns of bearings and unbalance.
+    """
 
     def probes(own: Sequence[ProbeNumber]) -> tuple[ProbeNumber, ...]:
         return tuple(map(_mirrored_probe, own))

@@ -67,7 +67,10 @@ def _implausible(block: Block, modulus: float) -> Exception:
 def read_shaft(
     blocks: Sequence[Block], units: Units, materials: Mapping[str, Material], named: Block, mesh: int | None
 ) -> tuple[Segment, ...]:
-    """Segments from left to right; `mesh` elements replace the number in the file, `named` holds the materials."""
+    """Segments from left to right.
+
+    `mesh` elements replace the number in the file, `named` holds the materials.
+    """
     lengths = [units.quantity(block, "length", "length", above=0) for block in blocks]
     segments = [
         _coupling(block, units, length) if "coupling" in block.values else _segment(block, units, materials, length)
@@ -93,7 +96,10 @@ def read_shaft(
 
 
 def _refuse_soft(shafts: Sequence[ShaftSegment], materials: Mapping[str, Material], named: Block) -> None:
-    """Raise `SettingError` if a material is too soft, but for sleeves: in segments that another material makes stiff."""
+    """Raise `SettingError` if a material is too soft, but for sleeves.
+
+    Sleeves are in segments that another material makes stiff.
+    """
     for name, material in materials.items():
         if material.young_modulus >= LEAST_MODULUS:
             continue

@@ -1,4 +1,6 @@
-"""Numbers of a rotor file that are not exact: `{value: 206, sd: 4}`, `{value: 9, sd: 1 %}`, `{value: 1, lower: 0.5, upper: 2}`.
+"""Numbers of a rotor file that are not exact.
+
+`{value: 206, sd: 4}`, `{value: 9, sd: 1 %}`, `{value: 1, lower: 0.5, upper: 2}`.
 
 They are taken out of the document before it is read, which then has plain numbers in their places.
 """
@@ -22,7 +24,10 @@ Path = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class StatedNumber:
-    """A number that is not exact, in the unit of the file: `sd` None without a tolerance, `limits` None if it is not searched."""
+    """A number that is not exact, in the unit of the file.
+
+    `sd` None without a tolerance, `limits` None if it is not searched.
+    """
 
     block: Block  # the map itself
     path: Path  # ("disks", 1, "mass")

@@ -1,4 +1,6 @@
-"""Tables over speed of a rotor file: lists in it, or a separate CSV or Excel sheet, whose columns are named with their units.
+"""Tables over speed of a rotor file.
+
+Lists in it, or a separate CSV or Excel sheet, whose columns are named with their units.
 
 The units of a sheet stand in its headings, `kxx [lbf/in]`, or in a row of their own below them; they are never guessed.
 """
@@ -42,7 +44,10 @@ SPELLINGS = {"³": "3", "²": "2", "^": "", "·": " ", "*": " ", "µ": "u", "μ"
 
 @dataclass(frozen=True)
 class RotorSheets:
-    """The folder that paths of tables start at, and what was read from there, by path: it counts as the rotor file does."""
+    """The folder that paths of tables start at, and what was read from there, by path.
+
+    It counts as the rotor file does.
+    """
 
     folder: Path
     read: dict[str, bytes] = field(default_factory=dict)
@@ -51,8 +56,10 @@ class RotorSheets:
 def read_table(
     block: Block, key: str, units: Units, sheets: RotorSheets, *, measured: bool = False
 ) -> tuple[SpeedTable, tuple[str, ...]]:
-    """A table of a bearing, twelve columns over speed, or of the dynamic stiffness of a support over frequency, eight, and the
-    columns that it has; others are 0."""
+    """Table of a bearing over speed or of a support over frequency, and the columns that it has.
+
+    A bearing has twelve columns, the dynamic stiffness of a support eight; others are 0.
+    """
     quantities = QUANTITY_OF_MEASURED if measured else QUANTITY_OF
     first, *others = quantities
     value = block.values[key]
@@ -114,8 +121,10 @@ def sheet_rows(word: str, sheets: RotorSheets) -> list[list[str]]:
 def columns_of(
     rows: Sequence[Sequence[str]], path: str, quantities: Mapping[str, str]
 ) -> tuple[dict[str, list[float]], dict[str, list[str]]]:
-    """Columns in SI of rows of texts, the first of which has the headings, and columns of texts. A quantity is one of `SI_PER_UNIT`,
-    `number` without unit, or `text`; columns of other names are refused."""
+    """Columns in SI of rows of texts, the first of which has the headings, and columns of texts.
+
+    A quantity is one of `SI_PER_UNIT`, `number` without unit, or `text`; columns of other names are refused.
+    """
     filled = [(number, row) for number, row in enumerate(rows, start=1) if any(cell.strip() for cell in row)]
     if len(filled) < 2:
         raise SettingError(f"{path}: expected headings and rows of numbers, got {len(filled)} rows")

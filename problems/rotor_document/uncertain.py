@@ -1,4 +1,6 @@
-"""Numbers of a rotor file that are not exact, as unknowns of its rotor: what each sets, its unit, its name for people.
+"""Numbers of a rotor file that are not exact, as unknowns of its rotor.
+
+They have the quantity that each sets, its unit, and its name for people.
 
 With limits a number is unknown and searched; with a standard deviation alone it is known to a tolerance
 (`problems/rotor/inputs/uncertain.py`).
@@ -97,8 +99,11 @@ OF_TOLERANCES = {"probe_position": "length", "direction": "angle"}
 
 @dataclass(frozen=True)
 class Inexact:
-    """Unknowns that the numbers of a file make: of bearings and unbalance, of the rotor and of its probes, to be searched; and numbers
-    that are known to a tolerance."""
+    """Unknowns that the numbers of a file make.
+
+    They are unknowns of bearings and unbalance, of the rotor and of its probes, to be searched; and numbers that are
+    known to a tolerance.
+    """
 
     unknowns: tuple[Unknown, ...] = ()
     numbers: tuple[RotorNumber, ...] = ()
@@ -144,7 +149,10 @@ class _Reader:
         return float(stated.value) * self.unit(stated).si
 
     def target(self, stated: StatedNumber) -> tuple[Target, str] | None:
-        """Target that a number of a bearing, a support or an unbalance sets, and its name in words; None for any other number."""
+        """Target that a number of a bearing, a support or an unbalance sets, and its name in words.
+
+        None for any other number.
+        """
         thing, index, *rest = stated.path
         if not isinstance(index, int):
             return None
@@ -313,7 +321,10 @@ def _probes(
 
 
 def read_tolerances(document: Block, units: Units) -> Tolerances:
-    """`tolerances: typical`, or a map of the tolerances that differ from it; `NONE` for a file without the key."""
+    """`tolerances: typical`, or a map of the tolerances that differ from it.
+
+    `NONE` for a file without the key.
+    """
     if "tolerances" not in document.values:
         return NONE
     if isinstance(document.values["tolerances"], str):

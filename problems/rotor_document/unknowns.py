@@ -1,4 +1,7 @@
-"""Unknowns of a rotor file, and the numbers of the rotor that each sets, such as `bearing 2 kxx` or `support 1 mass`."""
+"""Unknowns of a rotor file, and the numbers of the rotor that each sets.
+
+Examples are `bearing 2 kxx` and `support 1 mass`.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,10 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 def read_unknowns(
     blocks: Sequence[Block], units: Units, counts: Mapping[str, int]
 ) -> tuple[tuple[Unknown, ...], dict[str, float]]:
-    """The unknowns, and the reference values of all that have one, SI; `counts` says how many of each thing there are."""
+    """The unknowns, and the reference values of all that have one, SI.
+
+    `counts` says how many of each thing there are.
+    """
     unknowns: list[Unknown] = []
     reference: dict[str, float] = {}
     owners: dict[object, str] = {}
@@ -72,7 +78,10 @@ def read_unknowns(
 
 
 def _prior(block: Block, unit: Unit) -> Prior | None:
-    """Prior of an unknown, value and standard deviation before any measurement; None if the file has no prior."""
+    """Prior of an unknown, value and standard deviation before any measurement.
+
+    None if the file has no prior.
+    """
     given = [key for key in ("value", "sd") if key in block.values]
     if not given:
         return None

@@ -1,4 +1,6 @@
-"""Turn coefficients of another program once into the axes of a rotor file: x and y lateral, y up where gravity matters.
+"""Turn coefficients of another program once into the axes of a rotor file.
+
+x and y lateral, y up where gravity matters.
 
 `load` is the frame of journal bearing theory, with x along the load (down) and y a quarter turn from it in the sense in which x turns to y
 (Lund). There q = R q' with R a quarter turn, and K = Rᵀ K' R = [[k'yy, −k'yx], [−k'xy, k'xx]]; C, M and dynamic stiffnesses likewise.

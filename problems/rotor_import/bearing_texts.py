@@ -1,4 +1,6 @@
-"""Bearing tables as texts without headings: ANSYS COMBI214, in fixed columns, and DyRoBeS, which is recognised and refused.
+"""Bearing tables as texts without headings.
+
+ANSYS COMBI214, in fixed columns, and DyRoBeS, which is recognised and refused.
 
 ANSYS: three titles; three integers of ten columns (number of speeds, 1 for lbf/in, 1 for rpm); then for each speed its number and the speed
 (I10, F10.2), K11 K12 K21 K22 and C11 C12 C21 C22 (4E15.7 each). The layout is from its manual. DyRoBeS has a number for the units, whose meaning

@@ -1,4 +1,7 @@
-"""A rotor model of another program on its way to a rotor file: the file's own keys in SI, remarks, and a count to compare with the drawing."""
+"""A rotor model of another program on its way to a rotor file.
+
+The file's own keys in SI, remarks, and a count to compare with the drawing.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,10 @@ OF_THE_WHOLE = ("theory", "rotary_inertia", "gyroscopic", "standing_damping", "s
 
 @dataclass
 class ImportedRotor:
-    """Parts of a rotor file, as it spells them, in SI units. Elements hold the length of each shaft entry in file order."""
+    """Parts of a rotor file, as it spells them, in SI units.
+
+    Elements hold the length of each shaft entry in file order.
+    """
 
     source: str
     materials: dict[str, Entry] = field(default_factory=dict)
@@ -68,7 +74,10 @@ def tables_of(rotor: ImportedRotor) -> list[Mapping[str, list[float]]]:
 
 
 def speeds_of_tables(rotor: ImportedRotor) -> tuple[float, float] | None:
-    """Speed range (rad/s) common to all tables, within speeds that machines turn at; None without a table or a common range."""
+    """Speed range (rad/s) common to all tables, within speeds that machines turn at.
+
+    None without a table or a common range.
+    """
     ranges = [next(iter(table.values())) for table in tables_of(rotor)]
     if not ranges:
         return None
@@ -98,7 +107,10 @@ def mass_of(rotor: ImportedRotor) -> float:
 
 @dataclass(frozen=True)
 class ShaftElement:
-    """One element of another program: between which nodes it lies, and its entry in `shaft`, or in `layers` of one."""
+    """One element of another program.
+
+    Between which nodes it lies, and its entry in `shaft`, or in `layers` of one.
+    """
 
     node: int
     length: float  # m
@@ -106,7 +118,10 @@ class ShaftElement:
 
 
 def with_shaft(rotor: ImportedRotor, elements: Sequence[ShaftElement]) -> dict[int, float]:
-    """Put shaft elements into the file, elements of one node as layers of the innermost; positions (m) by node, the first one at 0."""
+    """Put shaft elements into the file, elements of one node as layers of the innermost.
+
+    Positions (m) by node, the first one at 0.
+    """
     by_node: dict[int, list[ShaftElement]] = {}
     for element in elements:
         by_node.setdefault(element.node, []).append(element)

@@ -1,4 +1,6 @@
-"""Rotor models of ROSS, as `Rotor.save` writes them: versions 1, 2 and 3, TOML or JSON, SI throughout, nodes counted from 0.
+"""Rotor models of ROSS, as `Rotor.save` writes them.
+
+Versions 1, 2 and 3, TOML or JSON, SI throughout, nodes counted from 0.
 
 Conventions are the project's own: x and y lateral, the shaft turns from x to y, the force on the shaft is −(kxx x + kxy y).
 """

@@ -90,7 +90,10 @@ def _supports(rotor: ImportedRotor, found: Sequence[tuple[Section, Coefficients]
 
 
 def _support(rotor: ImportedRotor, section: Section, own: Coefficients) -> Entry:
-    """Support from a bearing element on the ground; a table becomes a dynamic stiffness at the frequency of rotation."""
+    """Support from a bearing element on the ground.
+
+    A table becomes a dynamic stiffness at the frequency of rotation.
+    """
     if own.speed is None:
         return {"kxx": 0.0, "kyy": 0.0} | {name: float(values[0]) for name, values in own.columns.items() if values[0]}
     table: Entry = {"frequency": own.speed.tolist()}

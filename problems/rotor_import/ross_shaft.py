@@ -56,7 +56,9 @@ def _material(rotor: ImportedRotor, section: Section) -> tuple[str, float]:
 
 
 def hutchinson_of_ross(nu: float, ratio: float) -> float:
-    """κ as ROSS computes it from Poisson's ratio and the ratio of radii; (1 + ν)² belongs into the numerator (Hutchinson 2001).
+    """κ as ROSS computes it from Poisson's ratio and the ratio of radii.
+
+    (1 + ν)² belongs into the numerator (Hutchinson 2001).
 
     >>> round(hutchinson_of_ross(0.29, 0.0), 3)
     0.716
@@ -67,7 +69,10 @@ def hutchinson_of_ross(nu: float, ratio: float) -> float:
 
 
 def tell_torque(rotor: ImportedRotor, sections: Sequence[Section], length: float) -> None:
-    """The rotor has no torque: say how much it is of the one at which the shaft buckles, 2πEI/L (Greenhill 1883)."""
+    """Remark on a torque that the rotor here does not have, relative to the buckling torque 2πEI/L.
+
+    Source: Greenhill 1883.
+    """
     parts = []
     for section in sections:
         if torque := abs(optional(section, "torque")):

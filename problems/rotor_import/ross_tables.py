@@ -99,7 +99,10 @@ def _as_long(section: Section, name: str, values: Array, n_speed: int) -> Array:
 
 
 def _at_rotation(section: Section, axes: dict[str, Array], columns: dict[str, Array]) -> Coefficients:
-    """Tables [speed][frequency] along the line on which both are alike, at all points of both; linear between them."""
+    """Tables [speed][frequency] along the line on which both are alike, at all points of both.
+
+    Linear between them.
+    """
     missing = [key for key in ("speed", "frequency") if key not in axes]
     if missing:
         raise section.error(missing[0], "expected the points of a table over speed and frequency, got none")

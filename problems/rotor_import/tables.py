@@ -1,4 +1,6 @@
-"""A rotor from tables: shaft elements with layers, disks, and a table over speed of each bearing or seal, in CSV or Excel.
+"""Rotor from tables of shaft elements, disks, and coefficients of each bearing or seal over speed.
+
+Shaft elements may have layers; tables are CSV or Excel.
 
 Columns are read by their names, units from the headings or from a row below them. Sheets of XLTRC2 are made into such tables before. Elements and
 stations are counted from 1, the first one at 0 m.
@@ -72,7 +74,10 @@ Place = float | Station  # m, or the station that lies there
 
 @dataclass(frozen=True)
 class Sheets:
-    """The tables of a rotor, `file.csv` or `book.xlsx#sheet` each; of bearings and seals with their places."""
+    """The tables of a rotor, `file.csv` or `book.xlsx#sheet` each.
+
+    Tables of bearings and seals have places.
+    """
 
     shaft: str
     disks: str = ""
@@ -95,7 +100,10 @@ def read_sheets(sheets: Sheets) -> ImportedRotor:
 
 
 def _read(rotor: ImportedRotor, word: str, quantities: Mapping[str, str], key: str) -> tuple[Columns, Texts]:
-    """Columns in SI, and columns of texts; `key` is the column by which a sheet of XLTRC2 of this kind is known."""
+    """Columns in SI, and columns of texts.
+
+    `key` is the column by which a sheet of XLTRC2 of this kind is known.
+    """
     path = word.partition("#")[0]
     rows = sheet_rows(word, RotorSheets(Path()))
     if is_xltrc2(rows, key):

@@ -1,4 +1,7 @@
-"""Long tables of an imported rotor as CSV files next to the rotor file, which names them; short ones stay in it."""
+"""Long tables of an imported rotor as CSV files next to the rotor file, which names them.
+
+Short ones stay in it.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ UNIT = {
 
 
 def with_tables_beside(rotor: ImportedRotor, stem: str) -> tuple[ImportedRotor, dict[str, str]]:
-    """The rotor with names of files in place of long tables, and the text of each; names begin with `stem`."""
+    """The rotor with names of files in place of long tables, and the text of each.
+
+    Names begin with `stem`.
+    """
     files: dict[str, str] = {}
     parts: dict[str, Any] = {}
     for key, what in (("bearings", "bearing"), ("seals", "seal")):

@@ -1,4 +1,6 @@
-"""Sheets of XLTRC2, as far as other programs read them, made into the plain layout: one row of headings with units, then numbers.
+"""Sheets of XLTRC2, as far as other programs read them, made into the plain layout.
+
+One row of headings with units, then numbers.
 
 In such a sheet names stand in a row somewhere below titles, units in the row above them or below, and numbers under that as long as the column by
 which the sheet is known has any. Shaft and materials share a sheet. Stations and elements are counted from 1.

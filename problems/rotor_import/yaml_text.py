@@ -1,4 +1,7 @@
-"""The text of a rotor file, in SI but for GPa and rpm, of an imported rotor: it draws at once, and says what it takes to compare it with data."""
+"""The text of a rotor file, in SI but for GPa and rpm, of an imported rotor.
+
+It draws at once, and says what it takes to compare it with data.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ SPEEDS, N_SPEED = (100.0, 10_000.0), 100  # rpm, where the model has no range of
 
 @dataclass(frozen=True)
 class Wanted:
-    """Additions that no model has: positions (m) of unbalance, probes (position, direction) and speeds (from, to in rpm, number)."""
+    """Additions that no model has.
+
+    Positions (m) of unbalance, probes (position, direction) and speeds (from, to in rpm, number).
+    """
 
     unbalance: Sequence[float] = ()
     probes: Sequence[tuple[float, str]] = ()
@@ -104,7 +110,10 @@ def _heaviest(rotor: ImportedRotor, length: float) -> float:
 
 
 def _unknowns(rotor: ImportedRotor, planes: Sequence[float], highest: float) -> Iterator[Entry]:
-    """The unbalance, and of each bearing its direct coefficients or factors on its table. The model's own values are references."""
+    """The unbalance, and of each bearing its direct coefficients or factors on its table.
+
+    The model's own values are references.
+    """
     for number in range(1, len(planes) + 1):
         most = 10 * G40 / highest * mass_of(rotor) / GRAM_MILLIMETRE
         yield {"name": f"u{number}", "lower": 0, "upper": _rounded(most), "sets": [f"unbalance {number} magnitude"]}

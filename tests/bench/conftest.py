@@ -115,7 +115,10 @@ def shell():
 
 @pytest.fixture(scope="session")
 def start():
-    """The same, not waited for, and in a session of its own so that all its processes can be signalled at once."""
+    """Process of a command that is not waited for, in a session of its own.
+
+    All its processes can be signalled at once.
+    """
 
     def call(words, cwd):
         return subprocess.Popen(

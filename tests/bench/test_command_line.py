@@ -1,4 +1,4 @@
-"""What people see who call `python -m bench +experiment=table3` with overrides of their own."""
+"""Output of `python -m bench +experiment=table3` with overrides of one's own."""
 
 import json
 

@@ -269,7 +269,7 @@ def test_commands_reach_the_experiments_that_one_includes(real, enter, cheapest)
 
 
 def as_schema_1(line):
-    """What a line was before there were questions and sessions."""
+    """Line as it was before there were questions and sessions."""
     if line["event"] == "session":
         return None
     return {**{key: value for key, value in line.items() if key not in ("question", "session")}, "schema": 1}

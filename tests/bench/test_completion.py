@@ -86,7 +86,7 @@ def test_it_loads_nothing_large(tmp_path):
 
 
 def in_shell(program, line, folder):
-    """What a real shell offers at the end of a line, its words split as bash splits them at '='."""
+    """Offers of a real shell at the end of a line, its words split as bash splits them at '='."""
     template = SHELL if program == "bash" else ZSH
     words = line.replace("=", " = ") if program == "bash" else line
     quoted = " ".join(f"'{word}'" for word in words.split(" "))

@@ -29,7 +29,7 @@ def newcomer(tmp_path):
 
 
 def instances(plan):
-    """What each cell's runs meet: problem, measurement and seed."""
+    """Problem, measurement and seed of each cell's runs."""
     return [(cell.settings["problem"], cell.settings["measurement"], cell.seed) for cell in plan.cells]
 
 
@@ -37,7 +37,10 @@ TWO = "grid=[{label: DE, method: direct, optimizer: de},{label: RSM, method: ksm
 
 
 def test_a_newcomer_meets_the_instances_and_seeds_of_the_others(newcomer, enter):
-    """The same problem, measurement and seed, so the same noise; and the same budget, which a surrogate's samples exceed here."""
+    """Problem, measurement and seed, so noise, and budget are equal.
+
+    A surrogate's samples exceed the budget here.
+    """
     own = newcomer, [word if not word.startswith("grid=") else TWO for word in newcomer]
     ended = [
         enter(*words, *FEW, f"study.budget={BUDGET}", f"output={name}", output=name)

@@ -1,5 +1,7 @@
-"""What an exam refuses fails in a sweep too, in one line each: values outside of limits, complex points, reserved names; and a library that
-starts processes works in both."""
+"""Plugins that an exam refuses fail in a sweep too, in one line each.
+
+They have values outside of limits, complex points or reserved names; a library that starts processes works in both.
+"""
 
 import subprocess
 import sys

@@ -131,7 +131,7 @@ def test_another_problem_in_a_folder_is_refused_with_a_free_one(planned, tmp_pat
 
 
 def test_a_default_folder_that_is_taken_is_followed_by_one_named_after_what_is_other(planned, tmp_path):
-    """The same command comes back to it; nothing is refused, and nothing written over."""
+    """A repeated command comes back to its folder; nothing is refused, and nothing written over."""
     first, second = planned("rotor", "pump.yaml", "a", "run.csv"), planned("rotor", "fan.yaml", "c", "run.csv")
     assert own_folder(first, tmp_path / "run") == tmp_path / "run"
     write_plan(first, tmp_path / "run")

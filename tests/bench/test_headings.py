@@ -78,7 +78,7 @@ def test_an_option_that_contradicts_a_heading_is_refused(tmp_path, headings, opt
 @pytest.mark.skipif(not CASES.is_dir(), reason=f"no published cases in {CASES}")
 @pytest.mark.parametrize(("name", "options"), [("h1", ["--phase", "lag"]), ("h3", [])])
 def test_two_published_tables_are_suggested_whole(tmp_path, monkeypatch, capsys, name, options):
-    """The same run-up in µm pp and in mil pp, whose lag at 1800 rpm is 90° with 600 µm pp."""
+    """One run-up in µm pp and in mil pp, whose lag at 1800 rpm is 90° with 600 µm pp."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "run.csv").write_bytes((CASES / f"{name}.csv").read_bytes())
     given = [

@@ -102,7 +102,7 @@ def test_what_is_hidden_can_be_added_to_the_model_that_fits_for_judging_it():
 
 
 def test_what_is_drawn_does_not_depend_on_what_was_asked_before():
-    """What was drawn last is kept; the generator goes on as if it had been drawn again."""
+    """The last draw is kept; the generator goes on as if it had been drawn again."""
     asked, fresh = (Synthetic(kind="complex", hidden=["runout", "mass"]) for _ in range(2))
     asked.response(PROBLEM, TRUTH, stream(3))
     one, other = stream(3), stream(3)

@@ -160,7 +160,7 @@ def test_a_summary_without_truth_has_no_errors(example, enter):
 
 @pytest.fixture
 def identified(enter, tmp_path):
-    """What an identification finds from a made measurement."""
+    """Identification from a made measurement."""
 
     def call(measurement, *words):
         (tmp_path / "run.csv").write_text(as_csv(measurement))

@@ -1,4 +1,4 @@
-"""What a file leaves open is asked for at once, with a command that answers it."""
+"""Open questions of a file are asked at once, with a command that answers them."""
 
 import re
 import shlex

@@ -1,4 +1,4 @@
-"""What happens to rows between a file and a measurement: slow roll, sweeps, repeats, speeds of their own."""
+"""Steps of rows between a file and a measurement: slow roll, sweeps, repeats, speeds of their own."""
 
 import dataclasses
 from pathlib import Path

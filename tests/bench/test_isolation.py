@@ -171,7 +171,7 @@ HARMLESS = ["good", "returns NaN"]  # the objective knows the best point, whatev
 
 @pytest.fixture
 def with_mine(shell, packages, tmp_path):
-    """The same in a process of its own."""
+    """Run with a plugin in a process of its own."""
     return lambda *words, **options: shell(*words, cwd=tmp_path, PYTHONPATH=packages, output="results/run", **options)
 
 

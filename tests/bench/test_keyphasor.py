@@ -79,7 +79,7 @@ def test_phases_count_from_the_stated_edge_whatever_the_mark_is(tmp_path, ending
 @pytest.mark.parametrize("is_high", [True, False])
 @pytest.mark.parametrize("turns", np.arange(10, 11, 0.1))
 def test_where_a_record_is_cut_changes_neither_edge_nor_share(turns, is_high):
-    """The same mark of half a turn, in records that hold it for 47 to 53 % of their time."""
+    """A mark of half a turn, in records that hold it for 47 to 53 % of their time."""
     time, key, _ = record(0.5, turns, is_high=is_high)
     with pytest.raises(OpenQuestion):
         mark_of(time, key, None)

@@ -31,7 +31,7 @@ def good(rotor):
 
 @pytest.fixture(scope="module")
 def bad(rotor):
-    """The same with a runout that the model lacks."""
+    """Measurement with a runout that the model lacks."""
     hidden = {"hidden": ["runout"], "sizes": {"runout_x": 3.0, "runout_y": -4.0}}
     return with_sigma(ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", rng=3, **hidden).measurement)
 

@@ -55,7 +55,7 @@ def statuses(folder):
 
 
 def test_the_merged_folder_is_that_of_the_whole_experiment(enter, merge, cheapest):
-    """The same runs as of one command, in the same order, whoever did them; a part without the axis is put on it."""
+    """Merged runs are the ones of one command, in their order; a part without the axis is put on it."""
     words = [*cheapest, "workers=1", "repetitions=2", "method.polish=true"]  # which a comparison leaves out else
     whole = enter(*words, "optimizer=de,pso", "output=results/whole", output="results/whole")
     one = enter(*words, "output=results/one", output="results/one")

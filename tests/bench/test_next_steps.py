@@ -1,4 +1,4 @@
-"""What follows a study is a command with a folder of its own, wherever the results lie."""
+"""The next step of a study is a command with a folder of its own, wherever the results lie."""
 
 import dataclasses
 import shlex

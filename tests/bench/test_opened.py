@@ -1,4 +1,4 @@
-"""What a command on results opens and loads: it must not grow with the runs, only with the files that hold them."""
+"""Files that a command on results opens and loads: they grow with files, not with runs."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""What a page says of itself: of which file it is, what its marks mean, what 100 % of an angle is."""
+"""Words of a page on itself: its file, its marks, and 100 % of an angle."""
 
 import dataclasses
 import json

@@ -35,7 +35,7 @@ def identified(shell, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def many(shell, tmp_path_factory):
-    """The same at four planes: eight channels are too many to be seen at once."""
+    """Page of four planes: eight channels are too many to be seen at once."""
     words = ["+experiment=identify", "measurement=synthetic", "measurement.kind=complex", "measurement.relative=0.05"]
     words += ["problem.sensors=[0.1,0.2,0.5,1.0]", "study.intervals=none"]
     ended = shell(*words, *CHEAP, cwd=tmp_path_factory.mktemp("many"), output="results/identify")

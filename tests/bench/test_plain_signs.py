@@ -41,7 +41,7 @@ STUDIES = {  # each study in a few seconds
 
 @pytest.fixture
 def printed(monkeypatch):
-    """What a command prints on streams of an encoding, and its exit code."""
+    """Output of a command on streams of an encoding, and its exit code."""
 
     def call(encoding, *words):
         out, err = (io.TextIOWrapper(io.BytesIO(), encoding=encoding, write_through=True) for _ in range(2))
@@ -98,7 +98,7 @@ def test_a_command_in_a_process_of_its_own(encoding, tmp_path):
 
 
 def test_signs_in_plain_ones():
-    """What stands in the place of a sign is ASCII, and means the same."""
+    """The substitute of a sign is ASCII, and means as much."""
     assert all(plain.isascii() and plain for plain in SIGNS.values())
     assert in_plain_signs("ΔBIC ≤ 6, χ² → 10⁻³, 2½°, Λ, é") == "DeltaBIC <= 6, chi^2 -> 10^-3, 2 1/2 deg, Lambda, e"
     assert all(in_plain_signs(chr(code)).isascii() for code in range(0x110000))

@@ -1,4 +1,4 @@
-"""What makes a result stale: a change of the code that computes it, and no other."""
+"""Staleness of a result: a change of the code that computes it, and no other."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""What is there is not computed again: runs shared between experiments, and evaluations of a run that was killed."""
+"""Reuse: runs shared between experiments, and evaluations of a run that was killed."""
 
 import json
 from collections import Counter
@@ -17,7 +17,7 @@ def rewrite_results(ended, key, **changes):
 
 
 def results_of(ended):
-    """What is recorded of each run, whatever session recorded it, by key."""
+    """Record of each run, whatever session recorded it, by key."""
     identity = ("session", "taken_from", "platform")
     return {
         event["key"]: {name: value for name, value in event.items() if name not in identity} for event in ended.events()

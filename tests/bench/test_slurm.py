@@ -102,7 +102,7 @@ def serial(call, place):
 
 
 def files_of(output):
-    """What `collect` would write of the records of a folder."""
+    """Files that `collect` would write of the records of a folder."""
     plan = read_plan(output)
     return report_named(plan.report.table).make(plan, output).files
 
@@ -183,7 +183,10 @@ def end_the_node(output, job):
 
 
 def signal_its_limit(output, job):
-    """What Slurm sends ahead of the time limit; the job is requeued, for two minutes later unless one says so."""
+    """Slurm's signal ahead of the time limit.
+
+    The job is requeued, for two minutes later unless one says so.
+    """
     slurm("scancel", "--signal=USR2", job)
     wait_until(lambda: slurm("squeue", "-h", "-r", "-o", "%T", "-j", job).strip() == "PENDING", "the job is requeued")
     assert job_states(output)[job] == "queued"

@@ -1,4 +1,4 @@
-"""What the source of plugins tells of their settings, against the plugins themselves."""
+"""Settings by the source of plugins, against the plugins themselves."""
 
 import pytest
 

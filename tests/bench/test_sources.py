@@ -1,4 +1,4 @@
-"""What Python files say, and what is kept of it between processes."""
+"""Content of Python files, and its copy kept between processes."""
 
 import ast
 import hashlib

@@ -1,4 +1,4 @@
-"""What the folder and squeue, here a stand-in for it, tell of jobs that were submitted; and that jobs refuse other code."""
+"""Submitted jobs by the folder and squeue, here a stand-in for it; and jobs refuse other code."""
 
 import dataclasses
 import os

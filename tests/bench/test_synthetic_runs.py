@@ -154,7 +154,7 @@ def test_what_does_not_depend_on_it_is_the_same_whichever_way_the_speed_goes():
 @pytest.mark.parametrize("settings", [{}, BOTH_WAYS, {"harmonics": [2.0]}, {"kind": "amplitude"}])
 @pytest.mark.parametrize("name", registry.registered("effect"))
 def test_no_effect_looks_at_values_to_say_how_it_acts(name, settings):
-    """What is hidden is asked before there are any."""
+    """Hidden effects are asked before there are any."""
     measurement, _ = made(**settings)
     nothing = dataclasses.replace(measurement, values=np.zeros_like(measurement.values))
     effect = registry.create("effect", name, {})

@@ -145,7 +145,7 @@ def test_failed_runs_are_counted_and_keep_a_row(collected):
 
 
 def test_a_run_that_is_being_computed_is_told_as_that(collected, plan, tmp_path, capsys):
-    """The same command would be refused meanwhile, so that it is not advised."""
+    """A repeated command would be refused meanwhile, so that it is not advised."""
     collected(*RECORDS)
     with RecordWriter(tmp_path, 0, plan) as writer:
         writer.started(plan.runs[-1])

@@ -1,5 +1,7 @@
-"""What is said of results and settings is so: results that nobody can judge are not done, no value is dropped in silence, no method counts
-twice."""
+"""Statements on results and settings are true.
+
+Results that nobody can judge are not done, no value is dropped in silence, no method counts twice.
+"""
 
 import json
 

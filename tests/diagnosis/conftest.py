@@ -36,7 +36,7 @@ COMMON = (  # an effect of each kind of hook, and what looks like it: all effect
 
 
 def registered_effects(*without):
-    """Those of a diagnosis of steady data at 1X that asks for none by name."""
+    """Effects of a diagnosis of steady data at 1X without names."""
     return library((), without, STEADY)[0]
 
 

@@ -206,7 +206,7 @@ def test_amplitudes_that_hide_an_effect_are_diagnosed(hide):
 
 
 def test_an_extended_problem_can_be_diagnosed_again(rotor, hide):
-    """What it has already is not fitted again at the same place, and with it the model is adequate."""
+    """An effect of the problem is not fitted again at its place, and with it the model is adequate."""
     measurement, located, _ = hide("runout", 1)
     extended = located.added_to(rotor)
     tried, before = (

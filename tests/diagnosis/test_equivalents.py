@@ -1,4 +1,4 @@
-"""What else does as a pair does: one effect that makes the change of both, another pair, and effects that do nothing in one."""
+"""Equivalents of a pair: one effect that makes the change of both, another pair, idle effects."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""What is located as part of a model: its values on data of another route, what it predicts, and its file."""
+"""Located cause as part of a model: its values on data of another route, prediction and file."""
 
 import dataclasses
 import json

@@ -32,7 +32,7 @@ UNBALANCE = (5e-5, 4e-5)  # a third of the model's own, kg m
 
 
 def response(name=None, size=(), **settings):
-    """What the rotor shows with an effect hidden in it."""
+    """Response of the rotor with an effect hidden in it."""
     problem = FINE if name is None else registry.create("effect", name, settings).added_to(FINE)
     return problem.dense_response(np.append(TRUTH, size)[None])[0]
 

@@ -207,7 +207,7 @@ def bars_of(record):
 
 
 def ranks(record):
-    """What each bar is by its colour, the best effect first."""
+    """Rank of each bar by its colour, the best effect first."""
     names = [name.split(" ")[0] for name in ranking_chart(record).panels[0].y.ticks.values()]
     return {name: rank for name, (_, _, rank) in zip(names, bars_of(record), strict=True)}
 

@@ -15,7 +15,7 @@ PAGE = DOCS / "quick_start.md"
 
 @pytest.fixture
 def printed(tmp_path, monkeypatch, capsys):
-    """What a command of the page prints, in a directory with the examples."""
+    """Output of a command of the page, in a directory with the examples."""
 
     def call(experiment):
         shutil.copytree(DOCS / "examples", tmp_path / "docs" / "examples", dirs_exist_ok=True)

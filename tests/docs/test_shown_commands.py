@@ -147,7 +147,7 @@ def composed():
 
 @pytest.fixture
 def through_main(workspace, monkeypatch, capsys):
-    """The same by the whole command line, options and plain files of plugins included, up to the plan."""
+    """Command through the whole command line, options and plain files of plugins included, up to the plan."""
 
     def call(words):
         experiments = []
@@ -173,7 +173,7 @@ def through_main(workspace, monkeypatch, capsys):
 
 
 def for_this_place(words):
-    """What a page's reader has besides: the plugin and the experiments of that page, and one instance of a contest's many."""
+    """Context of a page's reader: its plugin, its experiments, and one instance of a contest's many."""
     if any(word.startswith("optimizer=uniform_search") for word in words):
         return [*words, "plugins=[uniform_search.py]"]
     if "+experiment=methods" in words:

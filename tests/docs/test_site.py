@@ -24,7 +24,7 @@ LOADED = ("link", "img", "script", "iframe", "source")  # what a browser asks fo
 
 
 class Page(HTMLParser):
-    """What a page points to, and the places that can be pointed to in it."""
+    """Links of a page, and the places that can be pointed to in it."""
 
     def __init__(self, text):
         super().__init__()

@@ -1,4 +1,7 @@
-"""Made balancing jobs: a linear machine with two planes, several speeds and channels, and weights of any run."""
+"""Balancing jobs made by hand: a linear machine with two planes, several speeds and channels.
+
+Runs carry any weights.
+"""
 
 import numpy as np
 
@@ -12,7 +15,10 @@ UNKNOWN = None
 
 
 def campaign(runs, speed, time=None, noise=None, repeats=1):
-    """A measurement of runs, (name, {plane: complex weight in g mm or UNKNOWN}, response (n_speed · repeats, n_channel) in µm)."""
+    """Measurement of runs with weights and responses.
+
+    A run is (name, {plane: complex weight in g mm or UNKNOWN}, response (n_speed · repeats, n_channel) in µm).
+    """
     n_channel = np.shape(runs[0][2])[1]
     channels = tuple(Channel(0.1 * (1 + index), "x") for index in range(n_channel))
     speed = np.tile(np.repeat(speed, repeats), len(runs)) * RPM

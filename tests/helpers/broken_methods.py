@@ -1,4 +1,7 @@
-"""A method and a measurement source that keep every property of their exams, and for each property one that breaks it."""
+"""Method and measurement source that keep every property of their exams.
+
+For each property there is one that breaks it.
+"""
 
 from dataclasses import dataclass, replace
 

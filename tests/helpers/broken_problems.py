@@ -1,4 +1,7 @@
-"""A problem and an effect on it that keep every property of their exams, and for each property one that breaks it."""
+"""Problem and effect that keep every property of their exams.
+
+For each property there is one that breaks it.
+"""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,7 @@
-"""Pages in a headless Chromium: what it says on its console, what it asks of the network, and how wide a page is."""
+"""Pages in a headless Chromium.
+
+It reads their console, their requests to the network, and the width of a page.
+"""
 
 import json
 import shutil
@@ -51,7 +54,7 @@ def shown(driver, path, width, dark=False):
 
 
 def errors(driver):
-    """What the console says of errors and warnings."""
+    """Errors and warnings on the console."""
     return [entry["message"] for entry in driver.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
 
 

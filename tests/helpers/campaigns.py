@@ -1,4 +1,7 @@
-"""Made campaigns of the three-disk rotor: a bare run and one with a known weight, by the dense route on another mesh."""
+"""Made campaigns of the three-disk rotor.
+
+A bare run and one with a known weight, by the dense route on another mesh.
+"""
 
 import dataclasses
 
@@ -24,7 +27,7 @@ def layout_of(problem, speeds, runs, kind="complex", own=()):
 
 
 def measured(problem, layout, truth=TRUTH, noise=NOISE, seed=1):
-    """What the problem gives by the dense route, with noise that an identification is not told."""
+    """Measurement of the problem by the dense route, with noise of unknown level."""
     seen = aligned(problem, layout)
     x = np.array([truth[name] for name in seen.parameters.names])
     values = observe(seen.dense_response(x[None])[0], layout.kind, noise, np.random.default_rng(seed))

@@ -1,4 +1,7 @@
-"""Contests made by hand: plans of methods × instances, and records whose traces fall as they are told to."""
+"""Contests made by hand: plans of methods × instances, and records.
+
+The traces of the records fall as required.
+"""
 
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs, write_plan
@@ -7,7 +10,10 @@ LEAST = 100.0  # misfit at the maximum nearest to the truth
 
 
 def contest_plan(methods, instances, repetitions=2, budget=100, report="contest"):
-    """A cell for each method (a label) and instance: (family, number of unknowns, further settings of the problem)."""
+    """A cell for each method (a label) and instance.
+
+    An instance is (family, number of unknowns, further settings of the problem).
+    """
     cells = []
     for number, (family, d, *further) in enumerate(instances):
         facts = tuple(ParameterFacts(f"k{at}", "MN/m", 1e6, 50e6, 1e6) for at in range(d))
@@ -39,7 +45,10 @@ def contest_plan(methods, instances, repetitions=2, budget=100, report="contest"
 
 
 def record(d, evaluations, excess, error=None, surrogate=0, seconds=1.0, took=100, status="budget"):
-    """A record of a run that had this excess, and this error, after these evaluations, and ended after `took`."""
+    """Record of a run with this excess and error after these evaluations.
+
+    It ended after `took`.
+    """
     unknowns = [
         {
             "name": f"k{at}",
@@ -78,7 +87,10 @@ FAILED = {"status": "error", "error": "ValueError: no luck"}
 
 
 def write_contest(plan, output, result):
-    """The folder of a plan whose run of a label, instance number and repetition has `result` of them; None: not run."""
+    """The folder of a plan whose run of a label, instance number and repetition has `result` of them.
+
+    None: not run.
+    """
     write_plan(plan, output)
     with RecordWriter(output, 0, plan) as writer:
         for run in plan.runs:

@@ -1,4 +1,7 @@
-"""What tests of the KSMEA loop share: seeded streams, measurements of a known vector, a problem that counts."""
+"""Shared parts of tests of the KSMEA loop.
+
+They are seeded streams, measurements of a known vector, and a problem that counts.
+"""
 
 import numpy as np
 

@@ -1,5 +1,7 @@
-"""Damaged files as strategies of Hypothesis: a healthy file after one to three slips of a pen, an editor, a spreadsheet or a disk, and
-what becomes of one that is read within limits of time and memory.
+"""Damaged files as strategies of Hypothesis, and the outcome of reading them.
+
+A healthy file has one to three slips of a pen, an editor, a spreadsheet or a disk; it is read within limits of time and
+memory.
 
     python -m pytest tests/bench/test_damaged_files.py tests/bench/test_damaged_imports.py --hypothesis-profile=long
 
@@ -130,7 +132,10 @@ def recoded(draw, content):
 
 
 def other_json(values, keys):
-    """In one line of JSON one value is another, is missing or is too many; shallow ones are as likely as deep ones."""
+    """JSON lines in which one value is another, is missing or is too many.
+
+    Shallow ones are as likely as deep ones.
+    """
 
     def slip(draw, content):
         lines = content.splitlines()
@@ -160,15 +165,20 @@ def other_json(values, keys):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a file did: `fine`, `refused` and the like, or a fault; `detail` is its last words."""
+    """Outcome of reading a file: `fine`, `refused` and the like, or a fault.
+
+    `detail` is its last words.
+    """
 
     ending: str
     detail: str = ""
 
 
 def outcome_of(read):
-    """What reading does, `read` returning an `Outcome` or None; a refusal is one line, and nothing is printed that no terminal
-    should get."""
+    """Outcome of reading: `read` returns an `Outcome` or None.
+
+    A refusal is one line, and nothing is printed that no terminal should get.
+    """
     return _isolated(lambda: _outcome(read)) if IS_LONG else _outcome(read)
 
 
@@ -192,7 +202,10 @@ def _outcome(read):
 
 
 def _isolated(trial):
-    """The outcome of a trial in a process of its own: `hang` past so many seconds, `died` where it ends without one."""
+    """The outcome of a trial in a process of its own.
+
+    `hang` past so many seconds, `died` where it ends without one.
+    """
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:

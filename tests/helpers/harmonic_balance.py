@@ -1,5 +1,7 @@
-"""The steady motion of a rotor with any force at one place of its shaft, by harmonic balance with odd harmonics: a route of its
-own, with the dense matrices and no law of `ksmea.nonlinear.laws`."""
+"""Steady-state motion of a rotor with any force at one place of its shaft, by harmonic balance.
+
+It uses odd harmonics. It is a route of its own, with the dense matrices and no law of `ksmea.nonlinear.laws`.
+"""
 
 import numpy as np
 from scipy.optimize import root
@@ -14,8 +16,10 @@ N_STEP = 20  # in which the force grows to its size
 
 
 def balanced_response(rotor, speed, channels, position, force_at):
-    """The part of the response that turns with the shaft, (n_speed, n_channel) m. `force_at(orbit, turn)` is the force,
-    (n_angle, 2) N, of an orbit (n_angle, 2) m at angles e^{iφ} (n_angle,)."""
+    """The part of the response that turns with the shaft, (n_speed, n_channel) m.
+
+    `force_at(orbit, turn)` is the force, (n_angle, 2) N, of an orbit (n_angle, 2) m at angles e^{iφ} (n_angle,).
+    """
     matrices = assemble(rotor)
     site = np.stack([displacement_row(rotor, position, axis) for axis in "xy"])  # (2, n_dof)
     rows = channel_rows(rotor, channels)
@@ -33,7 +37,10 @@ def balanced_response(rotor, speed, channels, position, force_at):
         alone[0] = site @ flexible[0] @ force
 
         def acting(parts, alone=alone):
-            """Harmonics of the force (n_harmonic, 2) on an orbit with those of (2, n_harmonic, 2) parts in units of |Q|."""
+            """Harmonics of the force (n_harmonic, 2) on an orbit.
+
+            The orbit has harmonics of (2, n_harmonic, 2) parts in units of |Q|.
+            """
             real, imaginary = parts.reshape(2, len(HARMONICS), 2) * np.abs(alone).max()
             moved = real + 1j * imaginary
             orbit = (basis.T @ moved).real

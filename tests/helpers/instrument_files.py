@@ -1,4 +1,6 @@
-"""Files of instruments with known vectors: a writer for each format that the project reads, and the settings that read it.
+"""Files of instruments with known vectors.
+
+A writer for each format that the project reads, and the settings that read it.
 
 The vectors are those of a run-up of a rotor with one resonance, `VALUES` (n_speed, 2) m zero to peak under Re(q e^{iΩt}), of probes
 called A and B in x and y at 0.1 m.
@@ -174,8 +176,10 @@ def uff(binary: int = 0) -> Example:
 def sampled(
     turns: int = 60, samples: int = 12_000, noise: float = 0.0, seed: int = 0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Time (s), keyphasor (V), signals (n_sample, 2) µm and the vectors (2, 2) µm of 1X and 2X that are in them, at a speed that
-    rises evenly from 20 Hz to 24 Hz."""
+    """Time (s), keyphasor (V), signals (n_sample, 2) µm and vectors (2, 2) µm of 1X and 2X in them.
+
+    The speed rises evenly from 20 Hz to 24 Hz.
+    """
     duration = turns / 22.0
     time = np.arange(samples) / samples * duration
     angle = 2 * np.pi * (20.0 * time + 2.0 * time**2 / duration)

@@ -1,5 +1,7 @@
-"""The steady motion of a rotor with forces that depend on it otherwise than linearly, by integration over time: the second route to
-harmonic balance."""
+"""Steady-state motion of a rotor with nonlinear forces by integration over time.
+
+It is the second route to harmonic balance.
+"""
 
 from math import cos, sin
 
@@ -18,8 +20,10 @@ N_WAY, N_TURN_ON_WAY = 10, 15  # speeds from one to the next, and turns at each
 
 
 def integrated_jeffcott(stiffness, damping, unbalance, force_at, speeds, harmonics=(1, 3)):
-    """Harmonics (n_speed, n_harmonic, 2) of a unit mass on springs (x, y) and a damper, at one speed after the other with a slow
-    run between them. `force_at(x, y)` is the force (x, y) at a motion."""
+    """Harmonics (n_speed, n_harmonic, 2) of a unit mass on springs (x, y) and a damper.
+
+    Speeds follow one after the other with a slow run between them. `force_at(x, y)` is the force (x, y) at a motion.
+    """
     state, found, last = np.zeros(4), [], speeds[0]
     for omega in speeds:
         for way in np.linspace(last, omega, N_WAY + 1)[1:]:
@@ -47,9 +51,11 @@ def _turns(stiffness, damping, unbalance, force_at, omega, state, n_turn):
 
 
 def integrated_response(problem, x, positions, force_at, n_mode=8, n_turn=100, n_step=128):
-    """The response (n_speed, n_channel) at 1X of a rotor at values x (d,) SI with forces at positions (m), from rest at every speed:
-    its lowest modes (on undamped bearings) by the Runge–Kutta method of fourth order, the rest as linear. `force_at` makes forces
-    (n_speed, 2) N of motions (n_speed, 2) m."""
+    """Response (n_speed, n_channel) at 1X of a rotor at values x (d,) SI with forces at positions (m).
+
+    It starts from rest at every speed: its lowest modes (on undamped bearings) by the Runge–Kutta method of fourth
+    order, the rest as linear. `force_at` makes forces (n_speed, 2) N of motions (n_speed, 2) m.
+    """
     rotor, speed = rotor_at(problem.rotor, problem.unknowns, x), problem.speed
     whole = assemble(rotor)
     modes = scipy.linalg.eigh(whole.stiffness, whole.mass)[1][:, :n_mode]

@@ -1,4 +1,7 @@
-"""What tests of the likelihood and of its maximisation share: data of a known vector, and kinds × known noise or not."""
+"""Shared parts of tests of the likelihood and of its maximisation.
+
+They are data of a known vector, and kinds × known noise or not.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Plugins of all kinds that change, break or end the process that they run in, each to stand beside a healthy one."""
+"""Plugins of all kinds that change, break or end their process, each next to a healthy one."""
 
 HEAD = """
 import multiprocessing, os, signal, subprocess, sys, time, warnings

@@ -11,7 +11,10 @@ from ksmea.plugins import names, registry
 
 @contextmanager
 def outside_package(folder, monkeypatch, files):
-    """Files by path in a folder that is on Python's path; the plugin that they register is forgotten afterwards."""
+    """Files by path in a folder that is on Python's path.
+
+    The plugin that they register is forgotten afterwards.
+    """
     for path, content in files.items():
         (folder / path).parent.mkdir(exist_ok=True)
         (folder / path).write_text(content)
@@ -21,7 +24,10 @@ def outside_package(folder, monkeypatch, files):
 
 @contextmanager
 def on_path(folder, monkeypatch):
-    """A folder with an installed package on Python's path; the plugins of these names are forgotten afterwards."""
+    """A folder with an installed package on Python's path.
+
+    The plugins of these names are forgotten afterwards.
+    """
     monkeypatch.syspath_prepend(folder)
     registry.registered.cache_clear()
     yield
@@ -30,7 +36,10 @@ def on_path(folder, monkeypatch):
 
 @contextmanager
 def plain_files(folder):
-    """A process that has registered no plain file yet; what it registers below the folder is forgotten afterwards."""
+    """A process that has registered no plain file yet.
+
+    Plugins that it registers below the folder are forgotten afterwards.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "path", [*sys.path])
         patch.setattr(names, "_in_files", {})

@@ -1,4 +1,7 @@
-"""What the programs of other benchmarks read of exports: `python read_exports.py ioh|coco FOLDER` prints it as JSON."""
+"""Content of exports as other programs read it: `python read_exports.py ioh|coco FOLDER`.
+
+It is printed as JSON.
+"""
 
 import json
 import sys
@@ -6,7 +9,10 @@ from pathlib import Path
 
 
 def read_ioh(folder):
-    """By algorithm, function, dimension and run of its table: instance, evaluations of the run, and rows of cost, value, error."""
+    """Instances and rows of exports, by algorithm, function, dimension and run.
+
+    They are the instance, evaluations of the run, and rows of cost, value, error.
+    """
     import iohinspector
 
     manager = iohinspector.DataManager()
@@ -17,7 +23,10 @@ def read_ioh(folder):
 
 
 def read_coco(folder):
-    """By archive: instances, evaluations of each run, and rows of a value and the evaluations that each run took to it."""
+    """Instances, evaluations and rows of value and evaluations, by archive.
+
+    Evaluations are of each run; rows state the evaluations that each run took to a value.
+    """
     import cocopp
 
     found = {}

@@ -18,8 +18,10 @@ NATURAL = np.sqrt(2 * STIFFNESS / MASS)  # rad/s, of its bounce
 
 
 def rigid_rotor(damping=DAMPING):
-    """A disk in the middle of a rigid shaft without mass on two equal bearings: 2k and 2c on the mass alone, as the disk is
-    so narrow that its tilting is far above."""
+    """A disk in the middle of a rigid shaft without mass on two equal bearings.
+
+    2k and 2c on the mass alone, as the disk is so narrow that its tilting is far above.
+    """
     light = Material(young_modulus=2e14, density=1e-3, poisson_ratio=0.3)
     half = ShaftSegment(0.3, 0.05, light, 2)
     bearings = tuple(Bearing(z, kxx=STIFFNESS, kyy=STIFFNESS, cxx=damping, cyy=damping) for z in (0.0, 0.6))
@@ -27,7 +29,7 @@ def rigid_rotor(damping=DAMPING):
 
 
 def problem_of(rotor, speed):
-    """The rotor with an unbalance on its first disk and the stiffness of its first two bearings unknown, kxx."""
+    """Rotor with unknown unbalance on its first disk and unknown kxx of its first two bearings."""
     stiffness = rotor.bearings[0].kxx
     targets = tuple(BearingTarget(index, name) for index in (0, 1) for name in ("kxx", "kyy"))
     unknown = Unknown(Parameter("kxx", "N/m", 1.0, 0.5 * stiffness, 2 * stiffness), targets)

@@ -1,4 +1,7 @@
-"""Models as ROSS saves them, of a shaft of four elements; written for the tests, after the layout of its files."""
+"""Models as ROSS saves them, of a shaft of four elements.
+
+Written for the tests, after the layout of its files.
+"""
 
 import copy
 import json

@@ -1,4 +1,6 @@
-"""Run-ups of the three-disk rotor by ROSS, another finite-element program, each with one thing that a plain model lacks.
+"""Run-ups of the three-disk rotor by ROSS, another finite-element program.
+
+Each has one thing that a plain model lacks.
 
     python run_ups_by_ross.py FOLDER
 
@@ -34,8 +36,10 @@ def node(position):
 
 
 def machine(bearings=(BEARING, BEARING), stiffer=1.0, heavier=1.0, hub=None, further=(), pedestal=None, **of_elements):
-    """The rotor with other bearings, Young's modulus, mass, a hub of another diameter on the second disk, further disks or
-    pedestals; `of_elements` are those of ROSS."""
+    """Rotor with other bearings, Young's modulus, mass, hub, further disks or pedestals.
+
+    The hub of another diameter is on the second disk; `of_elements` are those of ROSS.
+    """
     plain = rs.Material(name="plain", rho=heavier * DENSITY, E=stiffer * YOUNG, G_s=stiffer * SHEAR)
     shaft = []
     for left, right in pairwise(NODES):
@@ -65,14 +69,20 @@ def over_speed(**changes):
 
 
 def response(rotor, forces=0.0):
-    """Readings of the probes (n_speed, n_probe, 2), m, of the unbalance and further nodal forces (n_dof, n_speed), N."""
+    """Readings of the probes (n_speed, n_probe, 2), m, of the unbalance and further nodal forces.
+
+    The forces are (n_dof, n_speed), N.
+    """
     force = forces + rotor._unbalance_force(node(0.5), UNBALANCE, 0.0, SPEED)
     dof = np.array([[DOF * node(probe) + axis for axis in (0, 1)] for probe in PROBES])
     return np.array([(rotor.transfer_matrix(speed) @ force[:, i])[dof] for i, speed in enumerate(SPEED)])
 
 
 def bow(size):
-    """Readings of a rotor that is bent as half a sine, `size` (complex) m in its middle: its own stiffness times the bow."""
+    """Readings of a rotor that is bent as half a sine, `size` (complex) m in its middle.
+
+    Its own stiffness times the bow.
+    """
     free = machine(bearings=(dict.fromkeys(BEARING, 0.0),) * 2)
     bent = np.zeros((len(NODES), DOF), dtype=complex)
     argument = np.pi * NODES / NODES[-1]
@@ -84,7 +94,10 @@ def bow(size):
 
 
 def readings():
-    """What each machine shows, (n_speed, n_probe, 2) m, by the name of what a plain model of it lacks."""
+    """Readings of each machine, (n_speed, n_probe, 2) m, by the name of the missing cause.
+
+    A plain model of the machine lacks it.
+    """
     plain = response(machine())
     rising = SPEED / SPEED[-1]
     runout, gain, turned = plain.copy(), plain.copy(), plain.copy()

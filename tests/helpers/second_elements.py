@@ -1,4 +1,6 @@
-"""A second way to the unbalance response of a rotor: linear elements with one point for shear, many to each element of the rotor's mesh.
+"""A second way to the unbalance response of a rotor.
+
+Linear elements with one point for shear, many to each element of the rotor's mesh.
 
 Deflections x, y and slopes a, b of the sections in the x–z and y–z planes are straight over each step, so that neither shape functions
 nor matrices are those of `problems.rotor`. Rings of a section share deflection and slope everywhere; housings are nodes of their own.
@@ -16,12 +18,18 @@ ENTRIES = ("xx", "xy", "yx", "yy")
 
 
 def response(rotor, speed, channels, n_step):
-    """(n_speed, n_channel) m at speeds (n_speed,) rad/s, with `n_step` steps to each element of the rotor's own mesh."""
+    """Response (n_speed, n_channel) m at speeds (n_speed,) rad/s.
+
+    There are `n_step` steps to each element of the rotor's own mesh.
+    """
     return np.array([_Steps(rotor, n_step, omega).read(channels) for omega in speed])
 
 
 class _Steps:
-    """The system at one speed. A node has (x, y, a, b); each step lies between two nodes, a coupling is one step."""
+    """The system at one speed.
+
+    A node has (x, y, a, b); each step lies between two nodes, a coupling is one step.
+    """
 
     def __init__(self, rotor, n_step, omega):
         self.rotor, self.omega = rotor, omega

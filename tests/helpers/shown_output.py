@@ -1,4 +1,4 @@
-"""What a page shows of a command's output against what the command prints."""
+"""Comparison of a page's shown output with a command's output."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ def numbers(line):
 
 
 def is_shown(line, printed):
-    """The same words, and numbers to 5 %: the last digits of p-values are of those of a fit on another processor."""
+    """Whether words are equal, and numbers to 5 %.
+
+    The last digits of p-values depend on the fit, which differs on another processor.
+    """
     return words(line) == words(printed) and numbers(line) == pytest.approx(numbers(printed), rel=0.05)
 
 

@@ -1,4 +1,7 @@
-"""README and docs as their readers see them: blocks of code, commands, links and anchors of Markdown pages."""
+"""README and docs as their readers see them.
+
+Blocks of code, commands, links and anchors of Markdown pages.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,10 @@ def blocks(text: str, *languages: str) -> list[str]:
 
 
 def commands(page: Path) -> list[Command]:
-    """Every command that a page shows: lines of shell blocks, lines with a prompt, and `python -m bench …` within the text."""
+    """Every command that a page shows.
+
+    Lines of shell blocks, lines with a prompt, and `python -m bench …` within the text.
+    """
     text, found = text_of(page), []
     for language, content in FENCE.findall(text):
         if language not in SHELL:

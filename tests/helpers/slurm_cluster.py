@@ -1,4 +1,7 @@
-"""A real Slurm of four nodes on this machine, for the tests of one session: no accounting, no other user, no network."""
+"""A real Slurm of four nodes on this machine, for the tests of one session.
+
+No accounting, no other user, no network.
+"""
 
 import os
 import shutil

@@ -1,4 +1,7 @@
-"""A rotor whose speed sweeps, by integration over time: the second route to what `problems/rotor/extension/run_up.py` has in closed form."""
+"""A rotor whose speed sweeps, by integration over time.
+
+The second route to what `problems/rotor/extension/run_up.py` has in closed form.
+"""
 
 import numpy as np
 import scipy.linalg
@@ -16,8 +19,10 @@ FAR = (
 
 
 def swept_response(problem, x, rate, n_mode=10):
-    """The response (n_speed, n_channel) of a rotor at values x (d,) SI: its lowest modes
-    (on undamped bearings) as integrated, the rest as steady."""
+    """The response (n_speed, n_channel) of a rotor at values x (d,) SI.
+
+    Its lowest modes (on undamped bearings) as integrated, the rest as steady.
+    """
     rotor = rotor_at(problem.rotor, problem.unknowns, x)
     whole, speed = assemble(rotor), problem.speed
     modes = scipy.linalg.eigh(whole.stiffness, whole.mass)[1][:, :n_mode]
@@ -30,8 +35,11 @@ def swept_response(problem, x, rate, n_mode=10):
 
 
 def swept(matrices, unbalance, speed, rate, start):
-    """Complex amplitudes (n_speed, m) of M q̈ + (C + ΩG) q̇ + (K + ΩN) q = −u d²/dt² e^{iφ} at speeds (rad/s) on the way from
-    `start` (rad/s) at a rate (rad/s²), where the motion is the steady one."""
+    """Complex amplitudes (n_speed, m) of a swept linear system, by integration.
+
+    M q̈ + (C + ΩG) q̇ + (K + ΩN) q = −u d²/dt² e^{iφ} at speeds (rad/s) on the way from `start` (rad/s) at a rate
+    (rad/s²), at which the motion is the steady one.
+    """
     m = len(unbalance)
     inverse = np.linalg.inv(matrices.mass)
     stiffness = inverse @ np.stack([matrices.stiffness, matrices.circulatory])

@@ -9,7 +9,9 @@ HALF_SPAN = 0.3  # m
 
 
 def tilting_rotor():
-    """A thick short shaft with a wide disk in the middle on soft bearings at its ends; it moves as a rigid body.
+    """A thick short shaft with a wide disk in the middle on soft bearings at its ends.
+
+    It moves as a rigid body.
 
     The shaft is 1e5 times stiffer than its bearings, so that flexibility moves frequencies by less than 1e-5.
     """

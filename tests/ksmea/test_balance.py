@@ -40,7 +40,7 @@ def job(rng, runs=TRIALS, noise=0.0, repeats=1, truth=None):
 
 
 def two_runs(known):
-    """The same campaign, the second trial weight unknown."""
+    """Campaign with two trial weights, the second unknown."""
     bare, one, two = known.runs
     lost = dataclasses.replace(two, weights=(), unknown_weights=(UnknownWeight(two.weights[0].position),))
     return dataclasses.replace(known, runs=(bare, one, lost))

@@ -131,7 +131,7 @@ def test_an_effect_is_added_in_all_runs_with_shared_unknowns():
 
 
 def test_an_effect_is_the_same_in_runs_of_other_bands():
-    """What changes with speed does so relative to the highest of all runs, not of each."""
+    """An effect that changes with speed does so relative to the highest of all runs, not of each."""
     low = layout_of(PLAIN, [SPEEDS[0], np.linspace(200, 600, 9)], RUNS)
     extended = create("effect", "speed_dependent_stiffness", {}).added_to(aligned(PLAIN, low))
     at_full = create("effect", "speed_dependent_stiffness", {"full_speed": 1500.0})
@@ -161,7 +161,7 @@ def test_angles_of_weights_leave_the_origin_of_phases_unknown():
 
 
 def _free(problem):
-    """The same rotor with the phase of its unbalance unknown."""
+    """Rotor with the phase of its unbalance unknown."""
     phase = Unknown(Parameter("phase", "deg", np.pi / 180, -3.0, 3.0), (UnbalanceTarget(0, "phase"),))
     return dataclasses.replace(problem, unknowns=(*problem.unknowns, phase))
 

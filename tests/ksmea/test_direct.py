@@ -64,7 +64,7 @@ def identified(optimizer, problem, measurement, seed=0, **settings):
 
 
 def misfit_from_the_truth(problem, measurement):
-    """What least squares reaches from the true values, which no method knows."""
+    """Misfit of least squares from the true values, which no method knows."""
     misfit = Misfit(measurement, "likelihood")
     objective = model_objective(Model(problem), misfit)
     descend(objective, problem.parameters.to_cube(TRUTH), max_iterations=200)

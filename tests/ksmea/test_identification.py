@@ -1,4 +1,4 @@
-"""What an identification tells of itself."""
+"""Statements of an identification on itself."""
 
 import numpy as np
 import pytest

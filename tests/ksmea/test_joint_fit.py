@@ -217,7 +217,7 @@ def test_runs_of_a_campaign_share_their_numbers(tmp_path):
 
 
 def test_what_is_drawn_lies_in_the_data_and_not_in_the_model(tmp_path):
-    """The same seed with numbers as stated and drawn: other data by about what the tolerances do."""
+    """One seed with numbers as stated and drawn: other data by about the tolerances' influence."""
     settings = pump(tmp_path, **UNCERTAIN)
     reference = settings.reference()
     as_stated, drawn = (

@@ -126,7 +126,7 @@ def test_a_torn_or_damaged_entry_and_all_behind_it_is_computed_again(problem, tm
 
 
 def test_a_batch_is_kept_one_parameter_set_at_a_time(problem, tmp_path):
-    """What is killed in the middle of a population or of the initial samples loses the set in work alone."""
+    """A run killed within a population or the initial samples loses the set in work alone."""
     x = problem.parameters.to_si(np.random.default_rng(3).random((6, 5)))
     journal = Journal(tmp_path / "run.journal")
     with pytest.raises(PowerCut):

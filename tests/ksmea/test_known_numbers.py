@@ -1,4 +1,7 @@
-"""What numbers known to a tolerance do to what data would tell: against marginal covariances, limits, and priors that count once."""
+"""Influence of numbers known to a tolerance on the precision of data.
+
+It is compared with marginal covariances, limits, and priors that count once.
+"""
 
 import dataclasses
 import json

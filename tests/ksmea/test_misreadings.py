@@ -56,7 +56,7 @@ def middle(rotor):
 
 
 def looked_at(rotor, data):
-    """What is said of data whose fit has been rejected, wherever that fit was."""
+    """Text on data whose fit has been rejected, wherever that fit was."""
     return misreadings(Case(aligned(rotor, data), data), middle(rotor), NOISE, rejected=True)
 
 

@@ -1,4 +1,4 @@
-"""What stands before a problem hands on what it does not see to, and nothing that its own unknowns make different."""
+"""A proxy hands on all members it does not override, and nothing that its own unknowns change."""
 
 import numpy as np
 import pytest

@@ -32,7 +32,7 @@ class Example(Settings):
 
 
 def message(**settings):
-    """What the user reads: always one line."""
+    """Message as the user reads it: always one line."""
     with pytest.raises(SettingError) as caught:
         Example(**settings)
     text = str(caught.value)

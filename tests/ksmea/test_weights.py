@@ -101,7 +101,10 @@ def test_the_corrections_calm_the_machine_itself():
 
 
 def test_texts_and_tables_show_weights_in_the_unit_of_their_file():
-    """The same fit with planes in oz in: numbers of g mm divided by 720.08, influence multiplied by it, JSON in SI as before."""
+    """A fit with planes in oz in: numbers of g mm divided by 720.08, influence multiplied by it.
+
+    JSON is in SI as before.
+    """
     ounce_inch = WeightUnit("oz in", 28.349523125e-3 * 25.4e-3)
     campaign = dataclasses.replace(DATA.campaign, planes=(Plane(TRIAL.position, ounce_inch),))
     plain, found = (weights_found(_fit(data), LEVEL) for data in (DATA, dataclasses.replace(DATA, campaign=campaign)))

@@ -1,5 +1,8 @@
-"""What every optimiser of the project keeps besides its exam (tests/test_exam.py), with its default settings, in five
-dimensions: it uses a budget to the last point, and leaves logging, files and streams alone."""
+"""Properties that every optimiser of the project has besides its exam (tests/test_exam.py).
+
+With its default settings, in five dimensions, it uses a budget to the last point, and leaves logging, files and streams
+alone.
+"""
 
 import importlib.metadata
 import logging
@@ -90,7 +93,7 @@ def test_the_seed_decides_the_sequence_of_points(optimizer):
 
 
 class Broken(ValueError):
-    """What a model may raise: a singular matrix is a ValueError too."""
+    """Error that a model may raise: a singular matrix is a ValueError too."""
 
 
 def broken(u):

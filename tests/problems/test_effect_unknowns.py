@@ -22,7 +22,10 @@ def unknowns(problem):
 
 @pytest.mark.parametrize("name", ["runout", "unbalance", "channel_gain", "probe_rotation"])
 def test_an_effect_at_two_places_is_the_sum_of_both(name):
-    """What each does alone adds up as long as it is small: 1e-5 of what is drawn, products are of its square."""
+    """Changes by each alone add up as long as they are small.
+
+    They are 1e-5 of the drawn ones; products are of its square.
+    """
     plain = PLAIN.response(X[None])
     both, x, alone = PLAIN, X, []
     for place, seed in zip(effect(name).locations(PLAIN)[:2], (1, 2)):

@@ -30,7 +30,7 @@ def effect(name, **settings):
 
 
 def added(place, theta, problem=RIGID, own=(STIFFNESS,)):
-    """What an effect adds to the response, (n_speed, n_channel) m."""
+    """Change of the response by an effect, (n_speed, n_channel) m."""
     x = np.concatenate([own, theta])[None]
     return place.added_to(problem).response(x)[0] - problem.response(np.array(own)[None])[0]
 

@@ -59,7 +59,7 @@ def write(tmp_path, monkeypatch):
 
 
 def refused(**settings):
-    """What the user reads: always one line."""
+    """Message as the user reads it: always one line."""
     with pytest.raises(SettingError) as caught:
         RotorFile(**settings)
     text = str(caught.value)

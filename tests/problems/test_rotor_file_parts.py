@@ -1,4 +1,4 @@
-"""What a rotor file may say of the machine as it is: tables, supports, seals, cones, layers, couplings, probes on housings."""
+"""Parts of a rotor file: tables, supports, seals, cones, layers, couplings, probes on housings."""
 
 import os
 from pathlib import Path

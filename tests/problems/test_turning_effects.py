@@ -122,7 +122,10 @@ def hill(turning, spring=(SPRING, SPRING)):
 
 
 def integrated(stiffness, spring=(SPRING, SPRING)):
-    """The same after the free motion has died away, e^{−0.05 · 1 000}, by Fourier's integral over 16 turns."""
+    """Integrated response after the free motion has died away, by Fourier's integral over 16 turns.
+
+    It has decayed by e^{−0.05 · 1 000}.
+    """
 
     def slope(t, state):
         q, v = state[:2], state[2:]

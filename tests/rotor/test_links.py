@@ -221,7 +221,7 @@ def test_free_motions_are_those_of_all_eigenvalues(massless):
 
 
 def test_critical_speeds_are_where_a_frequency_meets_the_speed():
-    """Those of all eigenvalues, with the tables read at each speed."""
+    """Critical speeds of all eigenvalues, with the tables read at each speed."""
     rotor = machine()
     found = critical_speeds(rotor, 900.0)
     assert len(found) >= 2

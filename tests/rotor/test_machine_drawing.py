@@ -1,4 +1,7 @@
-"""What a drawing tells machine people: separation margins, sag and static loads; undamped, free and unheld rotors."""
+"""Facts of a drawing for machine people: separation margins, sag and static loads.
+
+Undamped, free and unheld rotors are included.
+"""
 
 import dataclasses
 

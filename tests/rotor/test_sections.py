@@ -38,7 +38,7 @@ def cone(n_element=1, **changes):
 
 
 def steps(segment, n):
-    """The same cone as n cylinders with the radii of their middles."""
+    """Cone as n cylinders with the radii of their middles."""
 
     def at(left, right, fraction):
         return left + ((left if right is None else right) - left) * fraction

@@ -33,7 +33,10 @@ def test_dicekriging_branin():
 
 
 def test_dicekriging_branin_range_is_found():
-    """The same model's estimated lengths, 0.8254355 and 2 (DiceKriging's upper bound, 2 × the range of the inputs)."""
+    """Estimated lengths of the model, 0.8254355 and 2.
+
+    The latter is DiceKriging's upper bound, 2 × the range of the inputs.
+    """
     settings = Kriging(trend="constant", correlation="matern52", theta_lower=0.25, nugget=0.0)
     theta = fit(settings, BRANIN_GRID, branin(BRANIN_GRID)).theta[0]
     # DiceKriging's own test allows 1e-4; our search stops a little earlier on a flat minimum.

@@ -98,7 +98,10 @@ def verdict(chance: float, chance_blind: float, at_search_limit: bool) -> str:
 
 
 def joint_chance(largest: Array, correlation: Array) -> float:
-    """P(|z_i| ≤ largest_i for all i) of unit normal z (d,) with this correlation (d, d), by simulation with fixed draws."""
+    """Probability P(|z_i| ≤ largest_i for all i) of unit normal z (d,) with a correlation (d, d).
+
+    It is simulated with fixed draws.
+    """
     values, vectors = np.linalg.eigh(correlation)
     draws = np.random.default_rng(0).standard_normal((N_DRAW, len(largest)))
     z = draws @ (vectors * np.sqrt(np.maximum(values, 0))).T
@@ -106,7 +109,7 @@ def joint_chance(largest: Array, correlation: Array) -> float:
 
 
 def rounding_pct(error: str, value: str, reference: float) -> float:
-    """Half the last printed digit of an error in per cent or of the value that it belongs to, whichever is more."""
+    """Half the last printed digit, in per cent, of an error or of its value, whichever is more."""
     return max(_half_digit(error), 100 * _half_digit(value) / reference)
 
 
@@ -189,7 +192,10 @@ def _listed(text: str, everything: str) -> list[str]:
 
 
 def audit_text(frame: pd.DataFrame) -> str:
-    """A line per table and reading: of each parameter the CRLB, and how many values are possible, lucky, impossible."""
+    """Text of the audit, a line per table and reading.
+
+    It has the CRLB of each parameter, and how many values are possible, lucky, impossible.
+    """
     if frame.empty:
         return "nothing to compare: no run has a result"
     single = frame[frame["parameter"] != TOGETHER]

@@ -1,4 +1,7 @@
-"""Sections on the audit: the paper's printed errors next to what its data can tell, under each reading of its print."""
+"""Sections on the audit: the paper's printed errors next to the precision of its data.
+
+There is one for each reading of its print.
+"""
 
 from __future__ import annotations
 
@@ -38,8 +41,10 @@ def audit_page(text: str, frame: pd.DataFrame, file: str, picture: str) -> Page:
 
 
 def audit_chart(frame: pd.DataFrame) -> Chart:
-    """The paper's printed errors as dots against the CRLBs of every reading, a panel per table; not what is said of columns as a
-    whole."""
+    """The paper's printed errors as dots against the CRLBs of every reading, a panel per table.
+
+    Not what is said of columns as a whole.
+    """
     single = frame[frame["crlb_pct"].notna()]
     stacks = tuple((_panel(table, single[single["table"] == table]),) for table in dict.fromkeys(single["table"]))
     across = min(2, max(len(stacks), 1))
@@ -100,7 +105,10 @@ def _crlb(reading: str, damping: str, kind: str, rows: pd.DataFrame, names: Sequ
 
 
 def _side_by_side(rows: pd.DataFrame, at: int) -> pd.DataFrame:
-    """Where each printed column of one parameter stands, and as what; an error of 0 stands at its rounding."""
+    """Position of each printed column of one parameter, and its kind.
+
+    An error of 0 stands at its rounding.
+    """
     offsets = np.linspace(-0.21, 0.21, len(rows)) if len(rows) > 1 else [0.0]
     error = rows["error_pct_printed"].to_numpy(float)
     shown = np.where(error != 0, error, rows["rounding_pct"].to_numpy(float))

@@ -1,5 +1,7 @@
-"""How good estimates and intervals are over many noise draws: spread against the CRLB, coverage, and how
-often a method ends in the basin of the likelihood where the truth lies."""
+"""Quality of estimates and intervals over many noise realisations.
+
+Spread against the CRLB, coverage, and how often a method ends in the basin of the likelihood where the truth lies.
+"""
 
 from __future__ import annotations
 
@@ -59,9 +61,12 @@ def _page(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Page:
 
 
 def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """A row per cell and parameter. Errors are in units of the CRLB (with numbers as the cell takes them, as stated or to a tolerance): bias, standard deviation, a robust one
-    from the quartiles (`spread`), and the standard deviation over the runs in the right basin; `covered_pct` counts all
-    runs, an open side holding everything."""
+    """A row per cell and parameter.
+
+    Errors are in units of the CRLB (with numbers as the cell takes them, as stated or to a tolerance): bias, standard
+    deviation, a robust one from the quartiles (`spread`), and the standard deviation over the runs in the right basin;
+    `covered_pct` counts all runs, an open side holding everything.
+    """
     rows = []
     for index, cell in enumerate(plan.cells):
         mine = runs[runs["cell"] == index]

@@ -1,4 +1,7 @@
-"""Sections on estimates and intervals over many noise draws: errors in units of the CRLB, coverage, basins."""
+"""Sections on estimates and intervals over many noise draws.
+
+Errors in units of the CRLB, coverage, basins.
+"""
 
 from __future__ import annotations
 

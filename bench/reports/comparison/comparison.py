@@ -1,4 +1,4 @@
-"""Whether two results agree: their unknowns by how far they differ, in units of what both are uncertain by.
+"""Agreement of two results: differences of unknowns in units of their joint uncertainty.
 
 Of an unknown with values a and b the difference is (b − a) / √(s_a² + s_b²), where s is the half-width of the interval on the
 side that faces the other value, divided by the normal quantile of its level. That is right for two measurements that are
@@ -91,7 +91,9 @@ def compared(first: Side, second: Side) -> Comparison:
 
 
 def difference(one: Shown, other: Shown, levels: tuple[float, float] = (0.95, 0.95)) -> float:
-    """The difference of two estimates in combined standard deviations; not a number where one is open on the side of the other.
+    """The difference of two estimates in combined standard deviations.
+
+    Not a number where one is open on the side of the other.
 
     >>> round(difference(Shown(10.0, 8.04, 11.96, "N"), Shown(13.0, 11.04, 14.96, "N")), 3)
     2.121
@@ -183,7 +185,10 @@ def unknowns_table(comparison: Comparison) -> pd.DataFrame:
 
 
 def _settings_text(comparison: Comparison) -> list[str]:
-    """Settings that both have and that differ; of the others, which belong to different studies or plugins, how many."""
+    """Settings that both have and that differ.
+
+    Other settings, of different studies or plugins, are counted.
+    """
     table = comparison.settings
     is_of_both = (table["a"] != ABSENT) & (table["b"] != ABSENT)
     rows = [[shortened(cell, LONGEST) for cell in row] for row in table[is_of_both].to_numpy()]

@@ -51,7 +51,10 @@ class Side:
 
 
 def read_side(folder: Path) -> Side:
-    """The first run that has a result in a folder; `SettingError` if it is neither an identification nor a diagnosis."""
+    """The first run that has a result in a folder.
+
+    Raises `SettingError` if it is neither an identification nor a diagnosis.
+    """
     plan = read_plan(folder)
     run, line = _first(plan, folder)
     cell = plan.cells[run.cell]
@@ -105,7 +108,10 @@ def _facts(record: IdentificationRecord) -> Iterator[tuple[str, str | float]]:
 
 
 def _noise(relative: float, floor: float) -> Iterator[tuple[str, float]]:
-    """The parts of the noise that there are, with the digits that texts tell of them; `floor` in m, rms where each datum has its own."""
+    """The parts of the noise that there are, with the digits that texts tell of them.
+
+    `floor` in m, rms where each datum has its own.
+    """
     yield from (
         (name, float(two_digits(part)))
         for name, part in (("noise (%)", 100 * relative), ("noise (µm)", floor / MICROMETRE))

@@ -1,1 +1,4 @@
-"""The report of a contest: methods compared on instances of problems, at equal budgets of true-model evaluations."""
+"""Report of a contest: methods compared on instances of problems.
+
+All methods have equal budgets of true-model evaluations.
+"""

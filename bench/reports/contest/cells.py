@@ -26,7 +26,10 @@ def method_name(cell: Cell) -> str:
 
 
 def budget(cell: Cell) -> int | None:
-    """Evaluations of the true model that a run of a cell may take: the smaller of the study's budget and the method's own."""
+    """Evaluations of the true model that a run of a cell may take.
+
+    The smaller of the study's budget and the method's own.
+    """
     parts = (cell.settings.get(part) or {} for part in ("study", "method"))
     return min((part["budget"] for part in parts if part.get("budget") is not None), default=None)
 

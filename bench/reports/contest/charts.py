@@ -1,4 +1,7 @@
-"""Charts of a contest: curves over the cost, profiles over the instances, mean ranks, and time against the model's price."""
+"""Charts of a contest: curves over cost, profiles, mean ranks, and time against the model's price.
+
+Profiles are over the instances.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,10 @@ COLUMNS, WIDTH = 2, 4.6  # panels side by side, and inches of each
 
 
 def ecdf_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -> Chart:
-    """Share of targets and runs that are reached, with bands over instances; a panel for each group of instances."""
+    """Share of targets and runs that are reached, with bands over instances.
+
+    A panel for each group of instances.
+    """
     mine = frame[frame["measure"] == measure.name]
     stacks = []
     for group in dict.fromkeys(mine["family"]):
@@ -49,7 +55,10 @@ def ecdf_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) ->
 
 
 def anytime_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -> Chart:
-    """Medians over the runs of what they had at a cost, quartiles as bands; a panel for each group of instances."""
+    """Medians over the runs of what they had at a cost, quartiles as bands.
+
+    A panel for each group of instances.
+    """
     stacks = []
     for group in dict.fromkeys(frame["family"]):
         elements: list[Element] = []
@@ -80,8 +89,11 @@ def profiles_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]
 
 
 def ranks_chart(board: pd.DataFrame, pairs: pd.DataFrame) -> Chart:
-    """Mean ranks over all instances with their intervals, a panel for each criterion; bars join methods that no test tells
-    apart (critical-difference diagram: Demšar, J. Mach. Learn. Res. 7 (2006) 1–30)."""
+    """Mean ranks over all instances with their intervals, a panel for each criterion.
+
+    Bars join methods that no test tells apart (critical-difference diagram: Demšar, J. Mach. Learn. Res. 7 (2006)
+    1–30).
+    """
     names = [name for name in WORDS if f"{name}_rank" in board]
     rows = board[board["family"] == "all"]
     stacks = []
@@ -114,8 +126,10 @@ def ranks_chart(board: pd.DataFrame, pairs: pd.DataFrame) -> Chart:
 
 
 def price_chart(board: pd.DataFrame, measure: Measure, methods: Sequence[str]) -> Chart:
-    """Expected time to the main target against the price of one evaluation, over all instances; methods that no run of reaches
-    it have no line."""
+    """Expected time to the main target against the price of one evaluation, over all instances.
+
+    Methods that no run of reaches it have no line.
+    """
     rows = board[board["family"] == "all"].set_index("method")
     lines = []
     for method in methods:

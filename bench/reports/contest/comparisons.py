@@ -11,8 +11,10 @@ from ksmea.arrays import Array
 
 
 def friedman_frame(contest: Contest, weights: Array) -> pd.DataFrame:
-    """A row per group of instances and criterion: Friedman's test, and Kendall's τ between the rankings of even and odd
-    repetitions."""
+    """A row per group of instances and criterion.
+
+    Friedman's test, and Kendall's τ between the rankings of even and odd repetitions.
+    """
     rows = []
     for group, mask in contest.groups().items():
         for name, criterion in criteria(contest).items():

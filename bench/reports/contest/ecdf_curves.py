@@ -1,4 +1,4 @@
-"""Curves over the cost: what methods had reached by then, by targets, by quartiles of their runs and by instances."""
+"""Curves over the cost: progress of methods by targets, quartiles of their runs, and instances."""
 
 from __future__ import annotations
 
@@ -24,8 +24,10 @@ FACTORS = np.geomspace(1, 1000, 61)  # of performance profiles
 
 
 def ecdf_frame(contest: Contest, weights: Array) -> pd.DataFrame:
-    """A row per group of instances, method, measure and cost per unknown: the share of targets and runs reached by then, the
-    share with its interval."""
+    """A row per group of instances, method, measure and cost per unknown.
+
+    The share of targets and runs reached by then, the share with its interval.
+    """
     grid = cost_grid(contest)
     rows = []
     for measure in contest.measures:
@@ -50,8 +52,11 @@ def cost_grid(contest: Contest) -> Array:
 
 
 def anytime_frame(contest: Contest) -> pd.DataFrame:
-    """A row per group of instances, method and cost per unknown: quartiles over the runs of what they had by then, infinite
-    where they had nothing; after its end a run keeps what it has."""
+    """A row per group of instances, method and cost per unknown.
+
+    Quartiles over the runs of what they had by then, infinite where they had nothing; after its end a run keeps what it
+    has.
+    """
     grid = cost_grid(contest)
     values = {measure.name: _by_cost(contest, measure, grid) for measure in contest.measures}
     rows = []
@@ -84,8 +89,10 @@ def _by_cost(contest: Contest, measure: Measure, grid: Array) -> Array:
 
 
 def profiles_frame(contest: Contest) -> pd.DataFrame:
-    """A row per group of instances, method, profile and point of it: the share of instances whose expected running time
-    to the first measure's main target is within it."""
+    """A row per group of instances, method, profile and point of it.
+
+    The share of instances whose expected running time to the first measure's main target is within it.
+    """
     measure = contest.measures[0]
     hits = contest.hits[measure.name][:, [measure.main_index]]
     costs = contest.summed(spent(hits, contest.runs["cost"].to_numpy()))[..., 0].T

@@ -41,7 +41,10 @@ def _groups(cell: Cell) -> list[str]:
 
 
 def _words(cells: list[Cell]) -> list[str]:
-    """Words of the command line that choose a method: its plugins, and their settings that are not the defaults."""
+    """Words of the command line that choose a method.
+
+    Its plugins, and their settings that are not the defaults.
+    """
     words = []
     for group in PARTS:
         parts = [cell.settings[group] for cell in cells if cell.settings.get(group)]

@@ -1,4 +1,7 @@
-"""How each method did on each group of instances: mean ranks, running times, shares, effort and failures."""
+"""Leaderboard of methods on groups of instances.
+
+It has mean ranks, running times, shares, effort and failures.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,9 @@ from ksmea.arrays import Array
 
 
 def leaderboard(contest: Contest, weights: Array) -> pd.DataFrame:
-    """A row per group of instances and method, the best first by mean rank of the first criterion, over all instances.
+    """Leaderboard: a row per group of instances and method, best mean rank first.
+
+    The rank is by the first criterion, over all instances.
 
     `first` is the share of samples of instances in which the method's mean rank is the lowest, `reached` the share of
     its runs that reach the main target, `speed` the area under its ECDF, `overhead_s` the expected seconds of its own
@@ -108,7 +113,10 @@ def _counts(contest: Contest, mask: np.ndarray) -> dict[str, Array]:
 
 
 def running_time_frame(contest: Contest, weights: Array) -> pd.DataFrame:
-    """A row per group of instances, method, measure and target: ERT in evaluations, and the share of the runs that reach it."""
+    """A row per group of instances, method, measure and target.
+
+    ERT in evaluations, and the share of the runs that reach it.
+    """
     rows = []
     for group, mask in contest.groups().items():
         for measure in contest.measures:

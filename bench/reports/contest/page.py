@@ -1,4 +1,4 @@
-"""Sections on a contest: who is first and how surely, the board of each family, curves over the cost, methods, instances."""
+"""Sections on a contest: winner and its confidence, boards of families, curves, methods, instances."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ from bench.reports.contest.words import shown, what_is_compared
 
 
 def contest_page(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], findings: Sequence[str]) -> Page:
-    """The leaderboard; `tables` are the contest's, by the ends of their files' names; `findings` are sentences on the result."""
+    """Page of a contest, with the leaderboard.
+
+    `tables` are the contest's, by the ends of their files' names; `findings` are sentences on the result.
+    """
     board = tables[""]
     methods = board["method"].unique().tolist()
     every, *families = (

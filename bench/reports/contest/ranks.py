@@ -1,4 +1,4 @@
-"""Mean ranks over instances with bootstrap intervals, and their agreement between both halves of the seeds.
+"""Mean ranks over instances with bootstrap intervals, and agreement between both halves of the seeds.
 
 Scores (n_instance, n_method) are lower for better; tied methods share their mean rank.
 
@@ -23,7 +23,10 @@ DIGITS = 9  # of mean ranks, beyond which they differ by rounding
 
 @dataclass(frozen=True)
 class Ranking:
-    """By method: mean rank, its interval (2, n_method), and the share of samples of instances in which it is the first."""
+    """Mean rank, its interval (2, n_method) and share of first places of each method.
+
+    The share is of samples of instances.
+    """
 
     mean: Array
     ends: Array
@@ -32,7 +35,10 @@ class Ranking:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Kendall's τ between the rankings of two halves with its interval; not a number where there is one method or half."""
+    """Kendall's τ between the rankings of two halves with its interval.
+
+    Not a number where there is one method or half.
+    """
 
     tau: float
     low: float
@@ -53,7 +59,10 @@ def ranking(scores: Array, weights: Array) -> Ranking:
 
 
 def agreement(one: Array, other: Array, weights: Array) -> Agreement:
-    """Kendall's τ-b (Biometrika 33 (1945) 239–251) between the mean ranks of two scores of the same instances and methods."""
+    """Kendall's τ-b between the mean ranks of two scores of the same instances and methods.
+
+    Source: Biometrika 33 (1945) 239–251.
+    """
     if np.shape(one)[1] < 2 or not len(one) or not len(weights):
         return Agreement(np.nan, np.nan, np.nan)
     halves = ranks(one), ranks(other)
@@ -94,15 +103,20 @@ def resamples(families: Sequence[str], rng: np.random.Generator, n: int = N_RESA
 
 
 def interval(draws: Array) -> Array:
-    """Percentile interval of samples (n, …), as (2, …); values of samples themselves, so that infinite ones may stand among
-    them."""
+    """Percentile interval of samples (n, …), as (2, …).
+
+    Values of samples themselves, so that infinite ones may stand among them.
+    """
     ends = (1 - LEVEL) / 2, (1 + LEVEL) / 2
     return np.asarray(np.quantile(draws, ends, axis=0, method="inverted_cdf"))
 
 
 def interval_of_shares(shares: Array, draws: Array, n_instance: int) -> Array:
-    """Interval (2, …) of shares (…) whose samples are (n, …). Samples of what is 0 or 1 on every instance do not vary: there
-    it is Wilson's, of as many draws as there are instances."""
+    """Interval (2, …) of shares (…) whose samples are (n, …).
+
+    Samples of what is 0 or 1 on every instance do not vary: there it is Wilson's, of as many draws as there are
+    instances.
+    """
     none, all_of_them = (interval_of_rate(count, n_instance) for count in (0, n_instance))
     low, high = interval(draws)
     return np.array([np.where(shares == 1, all_of_them[0], low), np.where(shares == 0, none[1], high)])

@@ -1,4 +1,7 @@
-"""`table: contest`: methods ranked over instances, with all tables and figures, and a leaderboard page."""
+"""`table: contest`: methods ranked over instances.
+
+It has all tables and figures, and a leaderboard page.
+"""
 
 from __future__ import annotations
 

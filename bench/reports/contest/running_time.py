@@ -1,4 +1,4 @@
-"""Running time to targets: expected running time, its distribution, performance profiles and break-even price.
+"""Running time to targets: expectation, distribution, performance profiles and break-even price.
 
 - ERT, the expected running time if an unsuccessful run is followed by another one: cost of all runs until the target, or until
   their end, per run that reaches it (Auger & Hansen, IEEE CEC 2005, 1777–1784; Hansen et al., Optim. Methods Softw. 36 (2021)
@@ -33,7 +33,9 @@ def ecdf(hits: Array, grid: Array) -> Array:
 
 
 def area(hits: Array, most: float) -> Array:
-    """Area under the ECDF of each run (n_run,) over the logarithm of the cost from 1 to `most`, as a share of all of it.
+    """Area under the ECDF of each run (n_run,) over the logarithm of the cost from 1 to `most`.
+
+    It is a share of the whole area.
 
     It is the mean over the targets (n_run, n_target) of how early each is reached: 1 at a cost of 1, 0 at `most` or never.
 
@@ -47,8 +49,9 @@ def area(hits: Array, most: float) -> Array:
 
 
 def break_even(evaluations: float, overhead: float, others: Sequence[tuple[float, float]]) -> float:
-    """The price (s) from which on a method takes less time in total than the fastest of the others, each with its evaluations
-    and overhead (s); 0 where it always does, not a number where it never does.
+    """Price (s) from which a method takes less total time than the fastest of the others.
+
+    Each method has its evaluations and overhead (s). The price is 0 if it always does, NaN if it never does.
 
     A surrogate takes 20 evaluations and 4 s, a direct search 1000 evaluations and 0.1 s:
 
@@ -68,8 +71,9 @@ def break_even(evaluations: float, overhead: float, others: Sequence[tuple[float
 
 
 def performance_ratios(times: Array) -> Array:
-    """By how much each method is slower than the fastest one on the same instance (Dolan & Moré, Math. Program. 91 (2002)
-    201–213, eq. (2.1)); infinite if it does not solve it.
+    """Ratio of each method's time to the fastest one's on each instance; infinite if it does not solve it.
+
+    Source: Dolan & Moré, Math. Program. 91 (2002) 201–213, eq. (2.1).
 
     >>> performance_ratios(np.array([[10.0, 20.0], [30.0, np.inf], [np.inf, np.inf]]))
     array([[ 1.,  2.],
@@ -83,18 +87,26 @@ def performance_ratios(times: Array) -> Array:
 
 
 def simplex_gradients(times: Array, unknowns: Array) -> Array:
-    """Running times in units of d + 1 evaluations, what a simplex gradient costs (Moré & Wild, SIAM J. Optim. 20 (2009)
-    172–191, eq. (2.4)); `unknowns` (n_instance,) are d."""
+    """Running times in units of d + 1 evaluations, the cost of a simplex gradient.
+
+    `unknowns` (n_instance,) are d. Source: Moré & Wild, SIAM J. Optim. 20 (2009) 172–191, eq. (2.4).
+    """
     return np.asarray(np.asarray(times) / (np.asarray(unknowns)[:, None] + 1))
 
 
 def profile(values: Array, grid: Array) -> Array:
-    """Share of the instances (n_grid, n_method) whose ratio or time (n_instance, n_method) is at or below each of the grid."""
+    """Share of the instances (n_grid, n_method) at or below each value of the grid.
+
+    The values are ratios or times (n_instance, n_method).
+    """
     return np.asarray(np.mean(np.asarray(values)[None] <= np.asarray(grid)[:, None, None], axis=1))
 
 
 def spent(hits: Array, ends: Array) -> Array:
-    """Cost of each run until each target, (n_run, n_target): `hits`, infinite where not reached, else its end (n_run,)."""
+    """Cost of each run until each target, (n_run, n_target).
+
+    `hits`, infinite where not reached, else its end (n_run,).
+    """
     return np.where(np.isfinite(hits), hits, np.asarray(ends)[:, None])
 
 
@@ -111,5 +123,8 @@ def expected_running_time(costs: Array, successes: Array) -> Array:
 
 
 def resampled_running_time(costs: Array, successes: Array, weights: Array) -> Array:
-    """ERT (n, …) of samples of instances: costs and successes (n_instance, …), and how often each is drawn (n, n_instance)."""
+    """ERT (n, …) of samples of instances.
+
+    Costs and successes (n_instance, …), and how often each is drawn (n, n_instance).
+    """
     return expected_running_time(np.tensordot(weights, costs, 1), np.tensordot(weights, successes, 1))

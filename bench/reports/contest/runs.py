@@ -31,7 +31,10 @@ KEPT = ("key", "method", "instance", "draw", "repetition", "status", "price", "b
 
 @dataclass(frozen=True)
 class Contest:
-    """`instances` has a row for each: family, number in it, unknowns, whether it is held back (None: not said), settings.
+    """Contest: its instances, methods and runs.
+
+    `instances` has a row for each: family, number in it, unknowns, whether it is held back (None: not stated),
+    settings.
 
     `runs` has a row per compared run: indices of method and instance, its price of a Jacobian and what it took in all. `hits` and
     `overheads` (n_run, n_target) by the name of a measure: cost, and seconds of the method's own, until each target.
@@ -58,8 +61,10 @@ class Contest:
 
     @property
     def most(self) -> float:
-        """The largest cost per unknown that a run may take, so that a score does not depend on who else takes part; without a
-        budget for all, that any run took."""
+        """Largest cost per unknown that a run may take, so that a score does not depend on other entries.
+
+        Without a common budget it is the largest that any run took.
+        """
         budget = self.runs["budget"].astype(float)
         return float(np.max((self.runs["cost"] if budget.isna().any() else budget) / self.unknowns))
 
@@ -70,7 +75,10 @@ class Contest:
         return {"all": np.ones(len(self.instances), bool), **each}
 
     def summed(self, values: Array) -> Array:
-        """Values of runs (n_run, …) summed over the draws of each method and instance, (n_method, n_instance, …)."""
+        """Values of runs (n_run, …) summed over the draws of each method and instance.
+
+        The sums are (n_method, n_instance, …).
+        """
         values = np.asarray(values, dtype=float)
         found = np.zeros((len(self.methods), len(self.instances), *values.shape[1:]))
         np.add.at(found, (self.runs["method"].to_numpy(), self.runs["instance"].to_numpy()), values)
@@ -108,8 +116,10 @@ def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Con
 
 
 def cells_frame(plan: Plan) -> pd.DataFrame:
-    """Label, instance, price of a Jacobian and budget of each cell. `SettingError` if a label has several cells of one
-    instance and seed."""
+    """Label, instance, price of a Jacobian and budget of each cell.
+
+    `SettingError` if a label has several cells of one instance and seed.
+    """
     frame = pd.DataFrame(
         {
             "cell": range(len(plan.cells)),
@@ -181,8 +191,11 @@ def _end(run: Mapping[str, Any], traced: Traced | None) -> dict[str, Any]:
 
 
 def _charged(runs: pd.DataFrame) -> pd.DataFrame:
-    """Runs with what those without a trace are charged: their budget, or without one the most that any run took on their
-    instance, and the seconds of their method's median run."""
+    """Runs with what those without a trace are charged.
+
+    Their budget, or without one the most that any run took on their instance, and the seconds of their method's median
+    run.
+    """
     most = runs.groupby("instance")["cost"].transform("max")
     charged = {"cost": runs["cost"].fillna(runs["budget"].astype(float)).fillna(most).fillna(0.0)}
     for name in ("seconds", "model_seconds"):
@@ -191,8 +204,10 @@ def _charged(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def _reached(runs: pd.DataFrame, traces: Mapping[str, Traced]) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Cost, and seconds of the method's own, of each run until each target, by measure; without a trace, or without the target,
-    an infinite cost and all its own seconds."""
+    """Cost, and seconds of the method's own, of each run until each target, by measure.
+
+    A run without a trace, or without the target, has an infinite cost and all its own seconds.
+    """
     per_cost = (runs["model_seconds"] / runs["cost"].where(runs["cost"] > 0)).fillna(0.0).to_numpy()
     own = (runs["seconds"] - runs["model_seconds"]).to_numpy()
     hits = {measure.name: np.full((len(runs), len(measure.targets)), np.inf) for measure in MEASURES}

@@ -54,8 +54,10 @@ def speed(contest: Contest) -> Array:
 
 
 def halves(contest: Contest, criterion: Criterion, mask: np.ndarray, weights: Array) -> Agreement:
-    """Whether even and odd repetitions rank the methods alike, on the instances of a mask that have both; `weights` are of all
-    instances."""
+    """Whether even and odd repetitions rank the methods alike, on the instances of a mask that have both.
+
+    `weights` are of all instances.
+    """
     is_even = (contest.runs["repetition"] % 2 == 0).to_numpy()
     even, odd = (criterion.scores(contest, draws) for draws in (is_even, ~is_even))
     both = mask & ~np.isnan(even).any(axis=1) & ~np.isnan(odd).any(axis=1)

@@ -45,7 +45,9 @@ MEASURES = (EXCESS, ERROR)
 
 
 def reached(values: Array, targets: Sequence[float]) -> np.ndarray:
-    """Index (n_target,) of the improvement from which on all values (n,) are at or below each target; n where the last is not.
+    """Index (n_target,) of the improvement from which on all values (n,) are at or below each target.
+
+    N where the last is not.
 
     The excess only falls. The error of the best point may rise again: a target that was passed by chance is not reached.
 
@@ -57,7 +59,9 @@ def reached(values: Array, targets: Sequence[float]) -> np.ndarray:
 
 
 def resolved(values: Array) -> Array:
-    """Logarithms of values as far as the data resolve them (`RESOLUTION`), so that what they cannot tell apart ties.
+    """Logarithms of values rounded to the resolution of the data (`RESOLUTION`).
+
+    Values that cannot be distinguished tie.
 
     >>> resolved(np.array([-3.0, 0.14, 0.98, 1.02, 100.0]))
     array([-1., -1.,  0.,  0.,  2.])

@@ -109,7 +109,10 @@ def _apart(best: str, pairs: pd.DataFrame) -> str:
 
 
 def _too_few(instances: int, n_pair: int) -> int:
-    """How many instances could tell a pair apart where so few never can: n that all agree have p = 2^(1 − n). 0 where they can."""
+    """Number of instances that could separate a pair of methods if so few never can.
+
+    N that all agree have p = 2^(1 − n). 0 where they can.
+    """
     least = int(np.ceil(1 + np.log2(n_pair / LEVEL)))
     return least if instances < least else 0
 

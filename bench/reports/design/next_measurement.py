@@ -1,5 +1,7 @@
-"""A recommended further run as something to do: the command that takes it along, and of measured data the file that
-describes it."""
+"""A recommended further run as something to do.
+
+The command that takes it along, and of measured data the file that describes it.
+"""
 
 from __future__ import annotations
 

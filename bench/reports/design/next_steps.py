@@ -75,7 +75,7 @@ def _beside(plan: Plan, extended: str) -> str:
 
 
 def _same_data(plan: Plan, cell: Cell) -> list[str]:
-    """The words of a plan that choose its rotor and measurement, and the source of the data where an experiment chose it."""
+    """Words of a plan that choose its rotor and measurement, and the source of an experiment's data."""
     kept = [word for word in plan.command if word.partition("=")[0].lstrip("+").partition(".")[0] in KEPT]
     source = cell.chosen("measurement")
     is_said = any(word.startswith("measurement=") for word in kept)

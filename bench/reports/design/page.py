@@ -1,4 +1,7 @@
-"""Sections on what data would tell before they are measured: how well unknowns would be known, and what to add."""
+"""Sections on what data would tell before they are measured.
+
+How well unknowns would be known, and what to add.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +65,10 @@ def _page(
     table: pd.DataFrame,
     file: str,
 ) -> Page:
-    """The page with what to do next behind its first section; its headline has the lack of fit of the model that it holds for."""
+    """The page with what to do next behind its first section.
+
+    Its headline has the lack of fit of the model that it holds for.
+    """
     next_steps = [Section("What to do next", tuple(following))] if following else []
     rows = Section("Table", (Folded("All rows", (Table(table, file=file),)),))
     test = None if first is None else first.lack_of_fit

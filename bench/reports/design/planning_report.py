@@ -1,4 +1,4 @@
-"""The report `plan`: plans in plain sentences, one table of all, and a chart with a stack of panels per cell."""
+"""Report `plan`: plans in sentences, one table, and a chart with a stack of panels per cell."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class PlanReport(Report):
 
 
 def _section(said: str, first: Sequence[Command], following: Next | None) -> str:
-    """The plan of one cell, what to do before it is relied on, and what follows from the trial run that it recommends."""
+    """Plan of one cell, cautions, and the consequences of the trial run that it recommends."""
     return "\n\n".join([said, *as_text(first), *([following.text] if following else [])])
 
 

@@ -1,4 +1,4 @@
-"""Sections on a location: the shaft with all sites that were tried, what acts at the best one, and the unknowns next to it."""
+"""Sections on a location: shaft with all sites tried, action at the best site, and unknowns."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ def location_page(record: LocationRecord, following: Sequence[Block]) -> Page:
 
 
 def location_blocks(record: LocationRecord, file: str = "", about_others: Sequence[str] = ()) -> Iterator[Block]:
-    """Shaft, force over speed, sites and unknowns; `about_others` says why values of the same model elsewhere on the page are
-    others."""
+    """Shaft, force over speed, sites and unknowns.
+
+    `about_others` says why values of the same model elsewhere on the page are others.
+    """
     yield Drawn(partial(location_chart, record), file)
     if record.candidates:
         accepted = ["yes" if site.accepted else "no" for site in record.candidates]

@@ -1,4 +1,7 @@
-"""A location in plain sentences, as `location.json`, as the extended model's file and as a figure; of several runs, how much of the shaft was accepted."""
+"""A location in plain sentences, as `location.json`, as the extended model's file and as a figure.
+
+For several runs it states how much of the shaft was accepted.
+"""
 
 from __future__ import annotations
 

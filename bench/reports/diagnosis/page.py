@@ -1,4 +1,7 @@
-"""The page of one diagnosis: finding, certainty, two pictures, next steps, other explanations, values; the evidence is folded."""
+"""The page of one diagnosis: finding, certainty, two pictures, next steps, other explanations, values.
+
+The evidence is folded.
+"""
 
 from __future__ import annotations
 

@@ -37,8 +37,10 @@ def power_row(record: DiagnosisRecord, _: Cell) -> dict[str, Any]:
 
 
 def with_places(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """Runs that have a result and hide an effect, with that, the kind of data and the deviance that their cell is about, and the chance
-    that it is detected."""
+    """Runs with a result and a hidden effect, with facts of their cell and the chance of detection.
+
+    The facts are the effect, the kind of data and the deviance.
+    """
     finished = _with_facts(plan, runs)
     with_effect = finished[finished[EFFECT] != ""].copy()
     if with_effect.empty:
@@ -60,7 +62,7 @@ def of_right_models(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def _with_facts(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """Runs that have a result, with what their cell is about and whether the verdict says that the model is wrong."""
+    """Runs with a result, with facts of their cell and whether the verdict rejects the model."""
     facts = pd.DataFrame([_facts(plan, index) for index in range(len(plan.cells))])
     finished = runs[runs["status"].isin(RESULTS)].drop(columns=[DATA, EFFECT, DROP], errors="ignore")
     finished = finished.merge(facts, on="cell").copy()
@@ -96,8 +98,11 @@ def detectable_drop(unknowns: int, candidates: int, level: float) -> float:
 
 
 def power_frame(with_effect: pd.DataFrame) -> pd.DataFrame:
-    """A row per kind of data, effect and deviance: draws, how many were detected and how many were expected to be, and of these
-    how many report what is hidden, and hold its sizes."""
+    """A row per kind of data, effect and deviance.
+
+    Draws, how many were detected and how many were expected to be, and of these how many report what is hidden, and
+    hold its sizes.
+    """
     return pd.DataFrame(
         [
             {DATA: data, EFFECT: effect, DROP: drop, **_counts(mine)}

@@ -1,5 +1,7 @@
-"""Pages of many diagnoses and their charts: how often each verdict was reached in each cell, detection against size, and what each
-hidden effect is called."""
+"""Pages of many diagnoses and their charts.
+
+How often each verdict was reached in each cell, detection against size, and what each hidden effect is called.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,10 @@ def diagnoses_page(plan: Plan, text: str, frame: pd.DataFrame, runs: pd.DataFram
 def power_page(
     seen: str, about: str, tables: dict[str, pd.DataFrame], with_effect: pd.DataFrame, shares: pd.DataFrame
 ) -> Page:
-    """Rates by effect and by kind of data, detection against size, and what each effect is called; `seen` is that in a line."""
+    """Rates by effect and by kind of data, detection against size, and what each effect is called.
+
+    `seen` is that in a line.
+    """
     sections = (
         Section("Rates", (Prose(about), *(Table(table, title) for title, table in tables.items()))),
         Section("Detection", (Drawn(partial(detection_chart, with_effect), "detection.png"),)),
@@ -59,8 +64,10 @@ def verdicts_chart(names: Sequence[str], frame: pd.DataFrame) -> Chart:
 
 
 def detection_chart(with_effect: pd.DataFrame) -> Chart:
-    """The share of draws that are detected against size, per effect: 1 is the smallest detectable size, which nine of ten draws
-    are expected to show."""
+    """The share of draws that are detected against size, per effect.
+
+    1 is the smallest detectable size, which nine of ten draws are expected to show.
+    """
     effects = list(dict.fromkeys(with_effect[EFFECT]))
     across = min(COLUMNS, len(effects))
     sizes = np.geomspace(min(0.5, with_effect["size"].min()), max(2.0, with_effect["size"].max()), 60)

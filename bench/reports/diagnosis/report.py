@@ -1,5 +1,7 @@
-"""A diagnosis in plain sentences, as `diagnosis.json`, as the extended model's file and as figures; of several runs, how
-often each verdict was reached and whether what was hidden was found."""
+"""A diagnosis in plain sentences, as `diagnosis.json`, as the extended model's file and as figures.
+
+For several runs it states how often each verdict was reached and whether hidden effects were found.
+"""
 
 from __future__ import annotations
 
@@ -101,7 +103,7 @@ def public(record: DiagnosisRecord, following: Next | None = None) -> dict[str, 
 
 
 def diagnosis_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
-    """A row per planned run: the verdict, what stands behind it, and where something was hidden whether it was found."""
+    """Table of diagnoses, a row per planned run: verdict, evidence, and whether a hidden effect was found."""
     return result_runs(plan, lines, DiagnosisRecord, _row)
 
 
@@ -146,8 +148,11 @@ def coefficients(record: DiagnosisRecord, cell: Cell) -> dict[str, Any]:
 
 
 def _found(record: DiagnosisRecord) -> dict[str, Any]:
-    """Whether what was hidden is in the ambiguity group and first in it, how far the deviance drops in its own fit, and
-    whether its sizes lie in their intervals."""
+    """Facts on a hidden effect: ambiguity group, deviance drop and sizes.
+
+    They are whether it is in the group and first in it, how far the deviance drops in its own fit, and whether its
+    sizes lie in their intervals.
+    """
     names = [effect.effect for effect in record.hidden]
     times = Counter(names)  # an effect may be hidden at two places
     own = [trial for trial in record.ranking if trial.effect in names]
@@ -179,8 +184,10 @@ def _found(record: DiagnosisRecord) -> dict[str, Any]:
 
 
 def found_name(hidden: str, location: str, names: Container[str]) -> str:
-    """The name in the extended model of an unknown that is hidden at a location: of an effect at two places it depends on which
-    one was found first."""
+    """The name in the extended model of an unknown that is hidden at a location.
+
+    For an effect at two places it depends on which one was found first.
+    """
     own = hidden.removesuffix(name_at("", location))
     return at_place if (at_place := name_at(own, location)) in names else own
 
@@ -203,8 +210,11 @@ def _is_collinear(record: DiagnosisRecord, name: str) -> bool:
 
 
 def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """A row per cell: how often each verdict, and of what was hidden and clearly visible how much was found; `fit_short`
-    counts fits that stopped before the maximum that the true values lead to, `surplus` diagnoses that name an effect too many."""
+    """Summary, a row per cell: frequency of each verdict, and share of visible hidden effects found.
+
+    `fit_short` counts fits that stopped before the maximum that the true values lead to, `surplus` diagnoses that name
+    an effect too many.
+    """
     rows = []
     hidden = hidden_by_cell(runs)
     for index, _ in enumerate(plan.cells):

@@ -1,4 +1,6 @@
-"""Course of each run for other programs: numbers for functions and instances, one axis of cost, one value at each.
+"""Course of each run for other programs.
+
+Numbers for functions and instances, one axis of cost, one value at each.
 
 A *function* is a family of instances, an *algorithm* a method, as in a contest (`bench.reports.contest.cells`). The
 cost is the evaluations of the true model and its Jacobians at their price, as in `bench.reports.identification.trace_table`.
@@ -66,8 +68,11 @@ class Course:
 
 @dataclass(frozen=True)
 class Courses:
-    """All courses in the order of the plan; `instances` says what the numbers are; `n_left_out` runs have none: they have not
-    been done, have no trace, or nobody knows the maximum that their excess is above."""
+    """All courses in the order of the plan.
+
+    `instances` says what the numbers are; `n_left_out` runs have none: they have not been done, have no trace, or
+    nobody knows the maximum that their excess is above.
+    """
 
     experiment: str
     commit: str

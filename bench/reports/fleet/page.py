@@ -1,4 +1,4 @@
-"""Sections on a fleet: the table of all machines, their unknowns side by side, and the whole text of each."""
+"""Sections on a fleet: table of all machines, their unknowns side by side, and the text of each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ NAME = 24  # last characters of a name that are shown
 def fleet_page(
     about: str, table: pd.DataFrame, values: pd.DataFrame, details: Sequence[tuple[str, str]], file: str, picture: str
 ) -> Page:
-    """`values` are the unknowns of each machine with their intervals, `details` the title and the text of each."""
+    """Page of a fleet.
+
+    `values` are the unknowns of each machine with their intervals, `details` the title and the text of each.
+    """
     sections = [Section("Machines", (Table(table, file=file),))]
     if len(values):
         sections.append(Section("Unknowns", (Drawn(partial(fleet_chart, values), picture),)))
@@ -29,8 +32,10 @@ def fleet_page(
 
 
 def fleet_chart(values: pd.DataFrame) -> Chart:
-    """The unknowns of a fleet: a panel for each unknown, machines from left to right in the order of the table. An end that is open
-    is an arrow at the farthest value."""
+    """Unknowns of a fleet: a panel for each unknown, machines in the order of the table.
+
+    An open end is an arrow at the farthest value.
+    """
     files = list(dict.fromkeys(values["file"].astype(str)))
     is_named = len(files) <= MOST_NAMED
     ticks = {float(at): each[-NAME:] for at, each in enumerate(files)} if is_named else None

@@ -1,4 +1,7 @@
-"""A fleet in one table and one page: a row per measured file, with what was found of its machine or why nothing was."""
+"""A fleet in one table and one page.
+
+A row per measured file, with what was found of its machine or why nothing was.
+"""
 
 from __future__ import annotations
 
@@ -38,8 +41,10 @@ def fleet_report(
     values_in_text: bool = True,
     outdated: tuple[str, ...] = (),
 ) -> Made:
-    """The report of a plan over measured files, of a `row` of each run's record; `runs` goes to runs.csv. Without
-    `values_in_text` the unknowns are in the files and on the page alone."""
+    """The report of a plan over measured files, of a `row` of each run's record; `runs` goes to runs.csv.
+
+    Without `values_in_text` the unknowns are in the files and on the page alone.
+    """
     ended = {run.key: lines[run.key] for run in plan.runs if run.key in lines}
     found = {key: row(line.record(record_type)) for key, line in ended.items() if line.has_result}
     table = pd.DataFrame([_columns(plan, run, lines, found.get(run.key)) for run in plan.runs])

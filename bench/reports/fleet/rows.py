@@ -21,8 +21,10 @@ JOINED = "; "  # remarks in a cell of a table
 
 @dataclass(frozen=True)
 class MachineRow:
-    """One machine: its finding in a word, what its row says next to that, its unknowns, noise and remarks, and all of it as
-    text. Noise is the relative part, and the floor in m."""
+    """Machine of a fleet: finding, row, unknowns, noise, remarks and text.
+
+    Noise is the relative part, and the floor in m.
+    """
 
     finding: str
     facts: dict[str, str | float | None]
@@ -103,7 +105,10 @@ def _location(record: DiagnosisRecord) -> str:
 
 
 def _believed(record: DiagnosisRecord) -> Sequence[EstimateRecord]:
-    """The unknowns of the model as given: next to what was found, averaged where several explanations were."""
+    """The unknowns of the model as given.
+
+    Next to what was found, averaged where several explanations were.
+    """
     if record.averaged is not None:
         return record.averaged.coefficients
     if record.verdict == "located" and record.location is not None:

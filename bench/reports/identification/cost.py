@@ -24,7 +24,10 @@ COSTS = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microse
 
 
 def cost_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """A row per method (cell of the plan): medians of evaluations and times, and the break-even with the first method."""
+    """A row per method (cell of the plan).
+
+    Medians of evaluations and times, and the break-even with the first method.
+    """
     rows = []
     for index, cell in enumerate(plan.cells):
         done = runs[(runs["cell"] == index) & runs["status"].isin(RESULTS)]
@@ -54,8 +57,10 @@ def cost_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def paper_cost() -> tuple[float, pd.DataFrame]:
-    """Seconds per FE evaluation that the paper's own Table 3 implies (slope of its times over samples + updates, by
-    least squares), and its printed times by method."""
+    """Seconds per FE evaluation that the paper's Table 3 implies, and its printed times by method.
+
+    They are the slope of its times over samples + updates, by least squares.
+    """
     table3 = pd.read_csv(PAPER / "table3.csv")
     updates = table3[table3["parameter"] == "updates"].set_index("samples")["identified"]
     seconds = table3[table3["parameter"] == "time"].set_index("samples")["identified"]

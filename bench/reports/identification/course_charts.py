@@ -1,4 +1,7 @@
-"""How runs went: the updating steps (the paper's Fig. 3), response curves (Figs. 4–7, 10 and 11), and what was reached at which cost."""
+"""Course of runs: updating steps, response curves, and progress over cost.
+
+These are the paper's Fig. 3, Figs. 4–7, 10 and 11.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ AMPLITUDE = "amplitude (µm 0-peak)"
 
 
 def updates_chart(plan: Plan, histories: Mapping[str, Sequence[UpdateRecord]]) -> Chart:
-    """Stiffnesses and misfit against the updating step, a stack per cell and a line per repetition, as in Fig. 3."""
+    """Stiffnesses and misfit against the updating step, as in Fig. 3.
+
+    There is a stack per cell and a line per repetition.
+    """
     stacks = tuple(
         _of_cell(
             plan,
@@ -72,7 +78,10 @@ CURVES = {
 
 
 def response_chart(plan: Plan, curves: Mapping[int, ResponseCurves]) -> Chart:
-    """Amplitude against speed of the first repetition (Figs. 4, 6, 7, 10 and 11): a stack per cell, a panel per channel."""
+    """Amplitude against speed of the first repetition: a stack per cell, a panel per channel.
+
+    They are as in Figs. 4, 6, 7, 10 and 11.
+    """
     stacks = tuple(
         tuple(
             _response(of, index, cell_name(plan, plan.cells[cell]) if index == 0 else "")
@@ -133,8 +142,10 @@ REACHED = {"excess": "misfit above its least", "error": "rms error of the unknow
 
 
 def anytime_chart(plan: Plan, frame: pd.DataFrame, stages: pd.DataFrame) -> Chart:
-    """Excess and error of the best point so far against the cost: medians as lines and quartiles as bands; a dot where a stage of
-    the method ended and another followed, a cross where the last run ended."""
+    """Excess and error of the best point so far against the cost: medians as lines and quartiles as bands.
+
+    A dot where a stage of the method ended and another followed, a cross where the last run ended.
+    """
     price = " or ".join(map(str, sorted(set(frame["jacobian_price"]))))
     x = Axis(f"evaluations of the true model, a Jacobian as {price}", "log", group="cost")
     names = [cell_name(plan, cell) for cell in plan.cells]

@@ -1,4 +1,7 @@
-"""Charts of a sweep: what each factor does all else equal, strongest first, and a heat map of all cells."""
+"""Charts of a sweep: influence of each factor all else equal, and a heat map of all cells.
+
+The strongest factor is first.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ LONG = 7  # characters, from which on names of levels stand upright
 
 
 def factors_chart(sweep: Sweep) -> Chart:
-    """A panel for each factor: grey, one combination of all others; blue, the typical level. All have one logarithmic axis."""
+    """A panel for each factor: grey, one combination of all others; blue, the typical level.
+
+    All have one logarithmic axis.
+    """
     y = Axis(sweep.quantity, "log", group="score", better="low")
     stacks = tuple((_factor(sweep, name, y),) for name in sweep.factors)
     lines = "lines join the levels of one combination where these are numbers"
@@ -55,7 +61,10 @@ def _factor(sweep: Sweep, name: str, y: Axis) -> Panel:
 
 
 def cells_chart(sweep: Sweep) -> Chart:
-    """The score of each cell in a table: the strongest factor makes blocks, the second columns, all others rows."""
+    """The score of each cell in a table.
+
+    The strongest factor makes blocks, the second columns, all others rows.
+    """
     blocks, columns, rows = _laid_out(sweep)
     of_rows = [*product(*(sweep.factors[name] for name in rows))][:MOST_ROWS]
     by_levels = {tuple(cell.levels[name] for name in sweep.factors): cell for cell in sweep.cells}

@@ -1,4 +1,4 @@
-"""Factors of a sweep: the axes on which its cells differ, how much each matters all else equal, and cells with the same runs.
+"""Factors of a sweep: axes of its cells, their influence all else equal, and cells with shared runs.
 
 Cells whose runs have the same keys answer one question: the axis between them has no influence there, and they are counted once. The
 strength of a factor is the median, over the combinations of all others, of the worst level's score over the best level's.
@@ -130,7 +130,9 @@ def headline(sweep: Sweep) -> str:
 
 
 def short(axis: str) -> str:
-    """The last part of a setting's name: 'relative' of measurement.relative is 'noise' to nobody, so two parts stay.
+    """The last part of a setting's name.
+
+    'relative' of measurement.relative is 'noise' to nobody, so two parts stay.
 
     >>> short("optimizer"), short("measurement.relative")
     ('optimizer', 'relative noise')
@@ -139,7 +141,10 @@ def short(axis: str) -> str:
 
 
 def _scores(plan: Plan, runs: pd.DataFrame) -> tuple[pd.Series, str]:
-    """The rms error of each run over its unknowns: in σ of the Cramér–Rao bound, or in per cent where a cell has no bound."""
+    """The rms error of each run over its unknowns.
+
+    They are in σ of the Cramér–Rao bound, or in per cent if a cell has no bound.
+    """
     has_bound = all(facts.crlb for cell in plan.cells for facts in cell.parameters if facts.truth)
     found = pd.Series(np.nan, index=runs.index)
     for index, cell in enumerate(plan.cells):

@@ -1,4 +1,7 @@
-"""Sections on one identification: what was found in words, unknowns with intervals, response, and how the search went."""
+"""Sections on one identification.
+
+They have the findings in words, unknowns with intervals, response, and course of the search.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ LEAST_STEPS = 2  # updating steps that make a curve
 def identification_page(
     identifications: Sequence[tuple[str, IdentificationRecord, str]], following: Sequence[Block]
 ) -> Page:
-    """The page of identifications, each with its title and the name of its figure as PNG; `following` is what to do next."""
+    """The page of identifications, each with its title and the name of its figure as PNG.
+
+    `following` is what to do next.
+    """
     if not identifications:
         return Page("nothing was identified")
     record = identifications[0][1]
@@ -40,7 +46,10 @@ def identification_page(
 
 
 def headline(record: IdentificationRecord) -> str:
-    """Whether the model explains the data, in a line; of what was not tested, how many unknowns have an interval."""
+    """Whether the model explains the data, in a line.
+
+    If that was not tested, it is the number of unknowns with an interval.
+    """
     if record.lack_of_fit is not None:
         said = fit_verdict(record.lack_of_fit)
         return capital(said)

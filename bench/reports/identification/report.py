@@ -1,4 +1,7 @@
-"""Identifications of measurements, each in plain sentences, and a table of all; a figure shows data, fit and residuals."""
+"""Identifications of measurements, each in plain sentences, and a table of all.
+
+A figure shows data, fit and residuals.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +71,10 @@ def _record(line: RunLine) -> IdentificationRecord | None:
 
 
 def identification_frame(plan: Plan, found: Mapping[Run, IdentificationRecord]) -> pd.DataFrame:
-    """The table of each run (`ksmea.show.identification_text.frame`), one below the other, and where the run stands."""
+    """Tables of all runs, one below the other, with the place of each run.
+
+    They are of `ksmea.show.identification_text.frame`.
+    """
     frames = []
     for run, record in found.items():
         place = {"cell": run.cell, "repetition": run.repetition, **place_columns(plan, plan.cells[run.cell])}

@@ -23,8 +23,11 @@ REACH = 0.45  # half of what a line of a cell takes
 
 
 def spread_chart(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Chart:
-    """A panel per parameter (and updates, evaluations, time): box plots over the repetitions, the paper's values. Cells
-    whose problem has not the parameter, or has it in another unit, are no part of its panel."""
+    """A panel per parameter (and updates, evaluations, time).
+
+    Box plots over the repetitions, the paper's values. Cells whose problem has not the parameter, or has it in another
+    unit, are no part of its panel.
+    """
     names = list(dict.fromkeys(zip(summary["parameter"], summary["unit"])))
     panels = [
         _panel(

@@ -1,4 +1,7 @@
-"""Medians over the repetitions next to the paper's values, and the page: their spread, and the figures that an experiment requests."""
+"""Medians over the repetitions next to the paper's values, and the page.
+
+Their spread, and the figures that an experiment requests.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +60,10 @@ class SummaryReport(Report):
 
 @dataclass(frozen=True)
 class Courses:
-    """How runs went, as far as the experiment requests figures of it: `reached` at which cost, by stage, and `cost` of methods."""
+    """Course of runs, as far as the experiment requests figures of it.
+
+    `reached` at which cost, by stage, and `cost` of methods.
+    """
 
     histories: Mapping[str, tuple[UpdateRecord, ...]]
     curves: Mapping[int, ResponseCurves]

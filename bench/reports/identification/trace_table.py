@@ -1,4 +1,6 @@
-"""How far a method has come when: misfit and errors of the best point so far against what it took, over all runs of a cell.
+"""Progress of a method over its cost.
+
+Misfit and errors of the best point so far against what it took, over all runs of a cell.
 
 The cost of a point is the evaluations and Jacobians of the true model until then, a Jacobian at its price in the study's budget;
 without one at the method's `jacobian_cost`, or where that is 0 at `JACOBIAN_AS_EVALUATIONS`. A run keeps what it has when it ends. One that has nothing yet, or has failed, counts
@@ -88,7 +90,10 @@ def jacobian_price(cell: Cell) -> int:
 
 
 def trace_frame(plan: Plan, traces: Mapping[str, Traced]) -> pd.DataFrame:
-    """A row for each cell and cost: quartiles over its runs of excess and error, and medians of what else it took until then."""
+    """A row for each cell and cost.
+
+    Quartiles over its runs of excess and error, and medians of what else it took until then.
+    """
     rows = []
     for index, cell in enumerate(plan.cells):
         planned = [run for run in plan.runs if run.cell == index]
@@ -113,9 +118,12 @@ def trace_frame(plan: Plan, traces: Mapping[str, Traced]) -> pd.DataFrame:
 
 
 def stages_frame(plan: Plan, traces: Mapping[str, Traced]) -> pd.DataFrame:
-    """A row for each cell and stage of its method, as it ended: medians over its runs of what all until then took, of the
-    excess of the best point until then that the true model has evaluated, and of the error of the point that the stage left to
-    the next. Stages on a surrogate, the search and its polish, belong to the last updating step."""
+    """A row for each cell and stage of its method, as it ended.
+
+    Medians over its runs of what all until then took, of the excess of the best point until then that the true model
+    has evaluated, and of the error of the point that the stage left to the next. Stages on a surrogate, the search and
+    its polish, belong to the last updating step.
+    """
     rows = []
     for index, cell in enumerate(plan.cells):
         runs = [traces[run.key] for run in plan.runs if run.cell == index and run.key in traces]
@@ -157,7 +165,10 @@ def _last(trace: TraceRecord, evaluations: int, jacobians: int) -> int | None:
 
 
 def _quartiles(column: str, reached: list[tuple[Traced, int]], planned: list[Any]) -> dict[str, float]:
-    """Quartiles over the planned runs; what has nothing yet counts as infinite. Not a number where nobody knows the values."""
+    """Quartiles over the planned runs; what has nothing yet counts as infinite.
+
+    Not a number where nobody knows the values.
+    """
     values = [getattr(each, column)[at] for each, at in reached if at >= 0]
     if any(np.isnan(values)):
         values = [np.nan]

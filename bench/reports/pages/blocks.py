@@ -41,7 +41,10 @@ NONE = "–"  # in place of a value that is not there
 
 
 class Blocks:
-    """Writes blocks one after the other, each plot under a name of its own. `drawings` are the report's figures by name."""
+    """Writes blocks one after the other, each plot under a name of its own.
+
+    `drawings` are the report's figures by name.
+    """
 
     def __init__(
         self, drawings: Mapping[str, bytes], numbers: Iterator[int] | None = None, *, is_folded: bool = False
@@ -168,8 +171,9 @@ def plain(value: Any) -> Any:
 
 
 def inert(figure: Any) -> Any:
-    """A figure whose texts do nothing: plotly takes markup in them, of which only what breaks lines stays. What traces are
-    chosen by (`meta`) is not shown, and stays as it is.
+    """A figure whose texts do nothing: plotly takes markup in them, of which only what breaks lines stays.
+
+    The key that chooses traces (`meta`) is not shown, and stays as it is.
 
     >>> inert({"name": "<a href='x'>a</a><br>b & c", "meta": {"channel": "<x>"}})
     {'name': "&lt;a href='x'>a&lt;/a><br>b &amp; c", 'meta': {'channel': '<x>'}}

@@ -1,4 +1,4 @@
-"""The library that draws plots (plotly.js), compressed so that a page which is mailed alone brings it along.
+"""Compressed plotting library (plotly.js) for pages that must work when mailed alone.
 
 Inlined as it is it takes 4.8 MB, compressed and in base64 2.0 MB. Browsers have unpacked that themselves since 2023
 (`DecompressionStream`).

@@ -23,8 +23,10 @@ _FACTS = re.compile(rf'<meta name="{FACTS}" content="([^"]*)">')
 def document(
     title: str, page: Page, sections: Sequence[Section], facts: Mapping[str, Any], drawings: Mapping[str, bytes]
 ) -> bytes:
-    """The page under its finding, or without one under a title. `facts` are what an index shows of it, `drawings` the figures that
-    sections name."""
+    """The page under its finding, or without one under a title.
+
+    `facts` are what an index shows of it, `drawings` the figures that sections name.
+    """
     blocks = Blocks(drawings)
     body = "".join(_section(number, section, blocks) for number, section in enumerate(sections, start=1))
     links = "".join(
@@ -48,7 +50,10 @@ def document(
 
 
 def facts_of(beginning: str) -> dict[str, Any] | None:
-    """The facts of a page, of which these are the first characters; None if it is not a page of this project."""
+    """The facts of a page, of which these are the first characters.
+
+    None if it is not a page of this project.
+    """
     found = _FACTS.search(beginning)
     if found is None:
         return None

@@ -1,4 +1,7 @@
-"""The page of an experiment, `index.html` in its folder, made of plan and records alone: the same records, the same bytes."""
+"""Page of an experiment, `index.html` in its folder.
+
+It is made of plan and records alone: equal records give equal bytes.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ LONGEST_HEADLINE = 300  # characters that an index shows
 def experiment_page(
     plan: Plan, made: Made, drawings: Mapping[str, bytes], when: str, page: Page | None = None
 ) -> bytes:
-    """The page of a report, as HTML; `drawings` are its figures by name, `when` is when the last of its sessions began."""
+    """The page of a report, as HTML.
+
+    `drawings` are its figures by name, `when` is when the last of its sessions began.
+    """
     page = page or plain_page(made, drawings)
     files = sorted({*made.files, *drawings} - {PAGE})
     sections = [*page.sections]

@@ -1,4 +1,6 @@
-"""The page over all results of a folder: what each is, when it was made, what was found, and how many runs failed or have not ended.
+"""The page over all results of a folder.
+
+It has the kind, date and finding of each result, and how many runs failed or have not ended.
 
 It is made of the beginnings of the pages themselves, so that it costs next to nothing to write it again.
 """
@@ -26,8 +28,10 @@ LONGEST = 300  # characters of what was found
 
 
 def write_index_above(output: Path) -> None:
-    """Write the index of the folder `results` that an experiment's folder lies in, or of the folder above where there is an
-    index already. What cannot be written costs nothing else."""
+    """Write the index of the folder `results` that holds an experiment's folder.
+
+    If there is an index in the folder above, that one is written. Failure to write has no other consequence.
+    """
     folder = output.absolute()
     root = next((each for each in folder.parents if each.name == RESULTS), folder.parent)
     if root.name == RESULTS or _is_index(root / PAGE):
@@ -99,7 +103,10 @@ def _name(folder: Path) -> str:
 
 
 def _experiments(folder: Path) -> list[Path]:
-    """Folders of experiments, and others with a page of this project such as drawings, as paths from the folder."""
+    """Folders of experiments and others with a page of this project, as paths from the folder.
+
+    Drawings are an example of the latter.
+    """
     plans = {path for depth in DEPTHS for path in folder.glob(f"{depth}/{PLAN_FILE}") if path.is_file()}
     pages = {path for depth in DEPTHS for path in folder.glob(f"{depth}/{PAGE}") if _is_page(path)}
     return sorted({path.parent.relative_to(folder) for path in plans | pages})

@@ -26,7 +26,10 @@ def prose_html(text: str) -> str:
 
 
 def table_html(head: Sequence[str], rows: Sequence[Sequence[str]], label: str = "") -> str:
-    """A table in a box of its own, which scrolls where it is wider than the page; numbers to the right, texts to the left."""
+    """A table in a box of its own, which scrolls where it is wider than the page.
+
+    Numbers to the right, texts to the left.
+    """
     right = [is_numeric([row[column] for row in rows]) for column in range(len(head))]
     attributes = [' class="number"' if each else "" for each in right]
     top = "".join(f'<th scope="col"{attribute}>{safe(name)}</th>' for name, attribute in zip(head, attributes))
@@ -59,7 +62,9 @@ def safe(text: object) -> str:
 
 
 def columns_of(lines: Sequence[str]) -> list[list[str]]:
-    """The cells of aligned lines: columns end where two blanks or more stand one below the other in all of them.
+    """The cells of aligned lines.
+
+    Columns end where two blanks or more stand one below the other in all of them.
 
     >>> columns_of(["name  m", "   a  1", "      2"])
     [['name', 'm'], ['a', '1'], ['', '2']]

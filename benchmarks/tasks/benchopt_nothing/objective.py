@@ -1,4 +1,7 @@
-"""A benchmark of benchopt whose runs do nothing: `benchmarks.tasks.commands` times what is left of them."""
+"""A benchmark of benchopt whose runs do nothing.
+
+`benchmarks.tasks.commands` times what is left of them.
+"""
 
 from benchopt import BaseObjective
 

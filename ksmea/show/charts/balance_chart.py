@@ -1,4 +1,7 @@
-"""A balancing: the bare response with and without the correction, drift over the runs, and which runs stand out."""
+"""Charts of a balancing: bare response with and without the correction, drift, and misfits.
+
+Drift is over the runs.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Pictures of a diagnosis: response of the worst channel with and without the cause, polar plot or orbit, and noise of other causes."""
+"""Pictures of a diagnosis: worst channel with and without the cause, orbit, and noise of other causes.
+
+The orbit may be a polar plot.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,10 @@ def worst_channel(record: DiagnosisRecord, response: Response) -> int:
 
 
 def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart | None:
-    """Amplitude of the worst channel over speed, measured and by both models; below it what the accepted model leaves, in σ."""
+    """Amplitude of the worst channel over speed, measured and by both models.
+
+    Below it what the accepted model leaves, in σ.
+    """
     response = of_diagnosis(record)
     if response is None:
         return None
@@ -102,7 +108,10 @@ def cause_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart | 
 
 
 def polar_chart(record: DiagnosisRecord, response: Response, notation: Notation) -> Chart:
-    """The response of the worst channel in the complex plane, with speeds at some points; lead counts anticlockwise."""
+    """The response of the worst channel in the complex plane, with speeds at some points.
+
+    Lead counts anticlockwise.
+    """
     column, scale = worst_channel(record, response), notation.vibration(MICROMETRE)
     measured = scale * response.measured[:, column]
     reach = float(np.max(np.abs(measured)))
@@ -211,7 +220,10 @@ def _rings(reach: float) -> Iterator[Element]:
 
 
 def _labelled(measured: ComplexArray) -> list[int]:
-    """Points that lie apart: each the one farthest from those before, the first speed and the largest amplitude first."""
+    """Points that lie apart: each the one farthest from those before.
+
+    The first speed and the largest amplitude are first.
+    """
     chosen = [0, int(np.argmax(np.abs(measured)))]
     least = LEAST_APART * float(np.max(np.abs(measured)))
     while len(chosen) < min(LABELLED, len(measured)):

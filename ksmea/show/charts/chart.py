@@ -1,4 +1,6 @@
-"""Charts as plain data: panels with axes, and in them lines, points, bands, boxes, bars, levels and words.
+"""Charts as plain data: panels with axes, and their elements.
+
+Elements are lines, points, bands, boxes, bars, levels and words.
 
 A chart is described once, by one function of the records that it shows. `picture.py` makes a PNG or SVG of it and
 `interactive.py` a plot of a page, so that both show the same. Values are in the units that axes name; not a number is a gap.
@@ -23,7 +25,10 @@ Dash = str  # one of `colours.DASHES`
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis. Ends that are None follow from what is drawn. `better` says on which side better values lie."""
+    """One axis.
+
+    Ends that are None follow from what is drawn. `better` says on which side better values lie.
+    """
 
     label: str = ""
     scale: Literal["linear", "log", "symlog"] = "linear"
@@ -69,7 +74,10 @@ class Line(Element):
 
 @dataclass(frozen=True)
 class Points(Element):
-    """Symbols at points (n,), with intervals in y (`low`, `high`) or in x (`left`, `right`), which are ends, not lengths."""
+    """Symbols at points (n,), with intervals in y (`low`, `high`) or in x (`left`, `right`).
+
+    These are ends, not lengths.
+    """
 
     x: Values
     y: Values
@@ -142,7 +150,10 @@ class Span(Element):
 
 @dataclass(frozen=True, kw_only=True)
 class Words(Element):
-    """A text at a point, moved by `offset` (points, right and up); with a leader to the point where that is `has_leader`."""
+    """A text at a point, moved by `offset` (points, right and up).
+
+    A leader to the point is drawn if `has_leader`.
+    """
 
     x: float
     y: float
@@ -167,8 +178,10 @@ class Area(Element):
 
 @dataclass(frozen=True)
 class Heat(Element):
-    """A table of shares (n_row, n_column), 0 to 1, as darkness; row 0 is at y = 0. Its words are written in it; without any, shares
-    above 0 in per cent."""
+    """A table of shares (n_row, n_column), 0 to 1, as darkness; row 0 is at y = 0.
+
+    Its words are written in it; without any, shares above 0 in per cent.
+    """
 
     shares: Array
     words: tuple[tuple[str, ...], ...] = ()
@@ -205,7 +218,10 @@ class Panel:
 
 @dataclass(frozen=True)
 class Choice:
-    """On a page: which elements are seen, those whose tag `key` is the chosen option and all without such a tag."""
+    """Choice of visible elements on a page.
+
+    Visible are elements whose tag `key` is the chosen option, and all without such a tag.
+    """
 
     key: str
     label: str
@@ -216,8 +232,10 @@ class Choice:
 
 @dataclass(frozen=True)
 class Chart:
-    """Stacks of panels, one panel over another, `across` stacks side by side. The title is what was found or is shown; the caption
-    says in words what is seen, for those too who do not see it."""
+    """Stacks of panels, one panel over another, `across` stacks side by side.
+
+    The title is what was found or is shown; the caption says in words what is seen, for those too who do not see it.
+    """
 
     title: str
     caption: str
@@ -235,7 +253,10 @@ class Chart:
         return tuple(panel for stack in self.stacks for panel in stack)
 
     def titled(self, words: str) -> Chart:
-        """This chart with words in brackets behind its title, such as how many runs it shows of an unfinished experiment."""
+        """This chart with words in brackets behind its title.
+
+        An example is how many runs it shows of an unfinished experiment.
+        """
         return replace(self, title=f"{self.title} ({words})".lstrip())
 
 

@@ -1,5 +1,7 @@
-"""Colours by what they mean, alike in pictures and on pages. Each is seen on a white and on a dark ground (3 : 1 or more, WCAG 2.2
-for graphics; tests/bench/test_pages.py)."""
+"""Colours by what they mean, alike in pictures and on pages.
+
+Each is seen on a white and on a dark ground (3 : 1 or more, WCAG 2.2 for graphics; tests/bench/test_pages.py).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""How the half-widths of the intervals change with the data: a panel per variation, a line per unknown."""
+"""Half-widths of the intervals with other data.
+
+There is a panel per variation, a line per unknown.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +28,11 @@ LEAST_PCT, MOST_PCT = 1e-3, 1e4  # what lies beyond stands at the upper edge as 
 
 
 def identifiability_chart(record: IdentifiabilityRecord, title: str = "") -> Chart:
-    """Half-widths of the intervals in per cent of the values (of the range of its search for a value of 0 and for an angle,
-    which the legend says), with other data; for a record without variations, with the data as they are."""
+    """Half-widths of the intervals in per cent of the values, with other data.
+
+    They are in per cent of the range of its search for a value of 0 and for an angle, as the legend states. For a
+    record without variations, they are with the data as they are.
+    """
     by_name: dict[str, list[Variation]] = {}
     unseen = record.least_variations
     for entry in record.variations:

@@ -1,4 +1,7 @@
-"""Numbers known to a tolerance as charts: how far the data move each, and what the uncertainty of each unknown is made of."""
+"""Numbers known to a tolerance as charts.
+
+How far the data move each, and what the uncertainty of each unknown is made of.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ NOISE, OTHERS = "noise", "other numbers"
 
 
 def inputs_chart(inputs: Sequence[InputRecord]) -> Chart:
-    """Change of each number that the data see, with its standard deviation, in units of its stated standard deviation."""
+    """Change of each number that the data determine, with its standard deviation.
+
+    Both are in units of its stated standard deviation.
+    """
     seen = sorted((each for each in inputs if each.is_seen), key=lambda each: -abs(each.pull))
     elements: list[Element] = [Level(at=end, along="x", dash="dash", width=0.8) for end in (-1.0, 1.0)]
     for is_contradicted, name, colour in ((True, "contradicted", MODEL), (False, "as stated", CONTEXT)):

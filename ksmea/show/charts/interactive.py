@@ -1,4 +1,7 @@
-"""A chart as a plot of a page, in the form that plotly.js draws: traces, and a layout for wide and one for narrow pages."""
+"""A chart as a plot of a page, in the form that plotly.js draws.
+
+Traces, and a layout for wide and one for narrow pages.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ PALE = "rgba(122,122,122,0.45)"
 
 
 def plot(chart: Chart) -> Layout:
-    """`data` and `layout` for plotly; `layout["narrow"]` goes over it where a page is narrow, with a height of its own."""
+    """Data and layout of a chart for plotly.
+
+    `layout["narrow"]` goes over it where a page is narrow, with a height of its own.
+    """
     is_chosen = _is_chosen(chart)
     stacks = chart.stacks
     traces: list[Trace] = []
@@ -100,7 +106,10 @@ def height(chart: Chart) -> int:
 
 
 def _is_chosen(chart: Chart) -> bool:
-    """Whether one stack is seen at a time; they must have the same axes. In space, each takes much of a browser."""
+    """Whether one stack is seen at a time; they must have the same axes.
+
+    Spatial charts take much of a browser.
+    """
     axes = {tuple((panel.x.label, panel.y.label) for panel in stack) for stack in chart.stacks}
     few = 1 if any(panel.z is not None for panel in chart.panels) else FEW
     return bool(chart.of_stacks) and len(chart.stacks) > few and len(axes) == 1

@@ -1,4 +1,4 @@
-"""Unknowns with their intervals, each relative to a value of its own, so that all of them stand on one axis."""
+"""Unknowns with their intervals on one axis, each relative to a value of its own."""
 
 from __future__ import annotations
 

@@ -23,8 +23,10 @@ N_SD = 2.0  # of the band of a law
 
 
 def location_chart(record: LocationRecord) -> Chart:
-    """The shaft with the sites; below it, where something was found, its amplitude, its work per turn and its dynamic
-    stiffness over speed."""
+    """The shaft with the sites.
+
+    Below it, where something was found, its amplitude, its work per turn and its dynamic stiffness over speed.
+    """
     force = record.force
     stacks = [tuple(_shaft(record))]
     if force is not None:

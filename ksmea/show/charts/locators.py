@@ -15,7 +15,10 @@ FEW, HALF = 2.0, 0.5  # decades: of an axis with ticks at 1, 2 and 5, and of one
 
 
 def plain_ticks(axis: Axis) -> None:
-    """Plain numbers next to an axis whose scale is "log" or "symlog"; to be called when its scale is set. Others stay as they are."""
+    """Plain numbers next to an axis whose scale is "log" or "symlog"; to be called when its scale is set.
+
+    Others stay as they are.
+    """
     if axis.get_scale() == "log":
         axis.set_major_locator(PlainLogLocator())
     elif axis.get_scale() == "symlog":
@@ -27,7 +30,10 @@ def plain_ticks(axis: Axis) -> None:
 
 
 class PlainLogLocator(LogLocator):
-    """Ticks at 1, 2 and 5 of an axis of few decades, at even steps of one of less than half a decade, else at powers of ten."""
+    """Ticks at 1, 2 and 5 of an axis of few decades, else at powers of ten.
+
+    An axis of less than half a decade has even steps.
+    """
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
         low, high = sorted((vmin, vmax))

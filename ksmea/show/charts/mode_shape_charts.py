@@ -1,4 +1,7 @@
-"""Mode shapes at one speed: orbits along the shaft in space, and deflection lines in the planes x–z and y–z."""
+"""Mode shapes at one speed: orbits along the shaft in space, and deflection lines.
+
+The latter are in the planes x–z and y–z.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ TURN = np.exp(1j * np.linspace(0.0, 2 * np.pi, 49))
 
 
 def orbits_chart(found: Rotordynamics) -> Chart:
-    """A panel for each mode: orbits in the colour of their direction, and the deflected shaft at one moment."""
+    """Panel for each mode: orbits in the colour of their direction, and the deflected shaft.
+
+    The shaft is shown at one moment.
+    """
     shapes = found.shapes
     stacks = []
     for index, shape in enumerate(shapes.motions.shape):
@@ -61,8 +67,10 @@ def _orbits(places: Array, shape: ComplexArray, stations: Array) -> Iterator[Ele
 
 
 def deflections_chart(found: Rotordynamics) -> Chart:
-    """A panel for each mode: deflection in x and in y at the moment at which each is largest, the largest of both 1. Circles are
-    nodes; dotted lines stand at the bearings."""
+    """Panel for each mode: deflection in x and in y at the moment at which each is largest.
+
+    The largest of both is 1. Circles are nodes; dotted lines stand at the bearings.
+    """
     shapes = found.shapes
     x, y = (
         Axis("position along the shaft (m)", group="position"),
@@ -99,7 +107,10 @@ def mode_title(found: Rotordynamics, index: int) -> str:
 
 
 def in_plane(shape: ComplexArray) -> Array:
-    """A deflection (n_place,) at the moment at which it is largest: real, with the sign of its largest value."""
+    """A deflection (n_place,) at the moment at which it is largest.
+
+    Real, with the sign of its largest value.
+    """
     turned: Array = (shape * np.exp(-0.5j * np.angle(np.sum(shape**2)))).real
     return turned * (np.sign(turned[np.argmax(np.abs(turned))]) or 1.0)
 

@@ -1,4 +1,7 @@
-"""Gain of each candidate of a plan by itself, the chosen ones marked: a panel per family, over speed or position."""
+"""Gain of each candidate of a plan by itself, the chosen ones marked.
+
+A panel per family, over speed or position.
+"""
 
 from __future__ import annotations
 
@@ -28,8 +31,11 @@ MOST_NUMBERS = 12  # in a panel, the best ones
 
 
 def planning_chart(found: Mapping[str, PlanningRecord], title: str = "") -> Chart:
-    """How far each candidate alone reduces the CRLB; of a target that is not known yet, the CRLB with that candidate. A stack of
-    panels for each plan, below the name of its cell."""
+    """Reduction of the CRLB by each candidate alone.
+
+    If a target is not known yet, its CRLB with that candidate is shown. There is a stack of panels for each plan, below
+    the name of its cell.
+    """
     stacks = tuple(tuple(_panels(record, name)) or (Panel((), title=name),) for name, record in found.items())
     across = min(len(stacks), ACROSS)
     return Chart(
@@ -125,7 +131,10 @@ def _is_unknown(record: PlanningRecord) -> bool:
 
 
 def _counts_prior(record: PlanningRecord) -> bool:
-    """Whether reductions have to count the choice's weak prior, as some of the unknowns are not known at all."""
+    """Whether reductions have to count the choice's weak prior.
+
+    They do if some of the unknowns are not known at all.
+    """
     return record.target is None and None in record.crlb
 
 

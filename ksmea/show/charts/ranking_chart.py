@@ -16,7 +16,10 @@ ROW = 0.3  # inches of each effect
 
 
 def ranking_chart(record: DiagnosisRecord) -> Chart:
-    """ΔBIC of the best location of each effect, coloured where it is named or explains the data about as well."""
+    """ΔBIC of the best location of each effect.
+
+    It is coloured if the effect is named or explains the data about as well.
+    """
     trials = best_trials(record)
     elements: list[Element] = []
     for rank, colour in COLOURS.items():
@@ -49,8 +52,10 @@ def best_trials(record: DiagnosisRecord) -> list[TrialRecord]:
 
 
 def standing(record: DiagnosisRecord, effect: str) -> str:
-    """Whether an effect is named, explains the data about as well, or is one of the others: with a misfit that is large enough,
-    nearly every effect lowers the deviance significantly."""
+    """Whether an effect is named, explains the data about as well, or is one of the others.
+
+    If the misfit is large enough, nearly every effect lowers the deviance significantly.
+    """
     if effect in record.named:
         return NAMED
     return AS_WELL if effect in record.ambiguity_group else OTHER

@@ -1,4 +1,7 @@
-"""Measured and modelled response over speed (Bode) and in the complex plane (Nyquist): a stack for each channel."""
+"""Measured and modelled response over speed (Bode) and in the complex plane (Nyquist).
+
+A stack for each channel.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ N_SD = 2.0  # of the noise: the band of residuals
 
 
 def bode_chart(response: Response, title: str) -> Chart:
-    """Amplitude, phase where there is one, and residuals in units of the noise, one below the other; a stack per channel."""
+    """Amplitude, phase where there is one, and residuals in units of the noise, one below the other.
+
+    A stack per channel.
+    """
     stacks = tuple(tuple(_panels(response, column)) for column in range(len(response.channels)))
     bars = "dots: measured, with ± 1 σ" if _has_bars(response) else "dots: measured"
     of_both = ", of one law for both, each at its own response" if len(response.residuals) > 1 else ""

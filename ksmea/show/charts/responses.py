@@ -1,5 +1,7 @@
-"""Measured and modelled response over speed, of whatever record, in the form that charts are made of, and residuals of both models of
-a diagnosis in units of one law of noise."""
+"""Measured and modelled response over speed of any record, as charts use it.
+
+Residuals of both models of a diagnosis are in units of one law of noise.
+"""
 
 from __future__ import annotations
 
@@ -39,10 +41,12 @@ class ModelCurve:
 
 @dataclass(frozen=True)
 class Response:
-    """Data (n_speed, n_channel) µm over speed (n_speed,) rpm; amplitudes alone where `has_phase` is False. By the name of each
-    model: its curve, its response at the measured speeds, and residuals in units of the noise by their part. `breaks` are where the
-    measured speeds of a further run begin.
-    `sd` (µm) is that along the amplitude, `averaged` are both ends (n_speed, n_channel) µm of what averaged models predict."""
+    """Data (n_speed, n_channel) µm over speed (n_speed,) rpm; amplitudes alone where `has_phase` is False.
+
+    By the name of each model it has its curve, its response at the measured speeds, and residuals in units of the noise
+    by their part. `breaks` are the starts of the measured speeds of a further run. `sd` (µm) is along the amplitude,
+    `averaged` are both ends (n_speed, n_channel) µm of the prediction of averaged models.
+    """
 
     speed: Array
     channels: tuple[str, ...]
@@ -57,7 +61,7 @@ class Response:
     notation: Notation = PLAIN
 
     def planes(self) -> dict[str, tuple[tuple[int, int], Array]]:
-        """Two columns of each plane where two directions are measured, and the matrix (2, 2) that makes x and y of them."""
+        """Two columns of each plane with two directions, and the matrix (2, 2) that makes x and y of them."""
         found: dict[str, dict[str, int]] = {}
         for column, channel in enumerate(self.channels):
             if said := OF_A_PLANE.fullmatch(channel):
@@ -102,9 +106,11 @@ def of_fit(fit: FitCurves, name: str = "fitted") -> Response:
 
 
 def of_diagnosis(record: DiagnosisRecord) -> Response | None:
-    """The response of a diagnosis, before and after the extension, with residuals in units of one law of noise
-    (`residuals.py`); None of a record without curves. A model's curve is the fine one of the record; of
-    records that have none, that at the measured speeds."""
+    """Response of a diagnosis, before and after the extension, with residuals.
+
+    Residuals are in units of one law of noise (`residuals.py`). None for a record without curves. A model's curve is
+    the fine one of the record; for records without it, the one at the measured speeds.
+    """
     curves = record.curves
     if curves is None:
         return None
@@ -167,8 +173,11 @@ def _averaged(curves: CurvesRecord) -> tuple[Array, Array] | None:
 
 
 def residuals_of_fit(fit: FitCurves, index: int) -> list[Array]:
-    """Measured minus fitted in units of the noise, (n_speed,): of amplitudes one; of complex data the components along the
-    fitted response and at right angles to it, whose standard deviations are both 1."""
+    """Measured minus fitted in units of the noise, (n_speed,): of amplitudes one.
+
+    Complex data have the components along the fitted response and at right angles to it, whose standard deviations are
+    both 1.
+    """
     sd, measured, fitted = (as_array(each)[:, index] for each in (fit.sd, fit.measured.amplitude, fit.fitted.amplitude))
     if fit.measured.phase is None or fit.fitted.phase is None:
         return [(measured - fitted) / sd]
@@ -178,7 +187,9 @@ def residuals_of_fit(fit: FitCurves, index: int) -> list[Array]:
 
 
 def residuals(record: DiagnosisRecord) -> dict[str, Array | ComplexArray]:
-    """Measured minus modelled (n_speed, n_channel) in units of the noise, 'before' and, with an extended model, 'after'.
+    """Measured minus modelled (n_speed, n_channel) in units of the noise, 'before' and 'after'.
+
+    The latter only with an extended model.
 
     An estimated noise takes up what a model does not explain: in units of its own, a wrong model leaves about as much as a
     right one. Both are therefore in units of the noise that the extended model leaves, s² = (relative · |response|)² + floor²
@@ -221,7 +232,9 @@ COMPONENTS = ("in phase", "in quadrature")  # with the fitted response
 
 
 def components(residual: Array | ComplexArray, fitted: Array | ComplexArray) -> tuple[Array, Array]:
-    """Components, each of unit variance, of residuals (measured − fitted) in units of the noise, whose variance is 1 in all.
+    """Components, each of unit variance, of residuals in units of the noise.
+
+    Residuals are measured − fitted, with a total variance of 1.
 
     >>> along, across = components(np.array([1.0j]), np.array([2.0j]))  # longer by the noise's σ, √2 of a component's
     >>> along.round(3).tolist(), across.round(3).tolist()

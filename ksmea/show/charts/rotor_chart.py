@@ -157,7 +157,10 @@ class _Scaled:
         yield Line(places / self.unit, drawn, width=1.2, colour=MODEL, name=name)
 
     def numbers(self) -> Iterator[Element]:
-        """Numbers of disks, bearings and seals in a row each, below a crowded rotor; those without room are left out."""
+        """Numbers of disks, bearings and seals in a row each, below a crowded rotor.
+
+        Numbers without room are left out.
+        """
         if not self.is_crowded:
             return
         level = -max(self.layout.largest_radius, 0.1 * self.length) - 0.3 * ROW * self.length

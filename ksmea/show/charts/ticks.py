@@ -1,5 +1,7 @@
-"""Ticks of logarithmic axes: at 1, 2 and 5 of few decades, else at powers of ten, with plain numbers next to them; an axis that is
-linear about 0 and logarithmic beyond. No library that draws is needed."""
+"""Ticks of logarithmic axes: at 1, 2 and 5 of few decades, else at powers of ten.
+
+Plain numbers stand next to them. An axis may be linear about 0 and logarithmic beyond. No drawing library is needed.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ def even_ticks(low: float, high: float) -> Array:
 
 
 def symlog_positions(values: Sequence[float] | Array, linear: float) -> Array:
-    """Where values stand on an axis that is linear up to `linear` to both sides, in units of the axis at 0.
+    """Positions of values on an axis that is linear up to `linear` to both sides.
+
+    They are in units of the axis at 0.
 
     >>> symlog_positions([-10.0, 0.0, 0.5, 10.0], 1.0).round(3).tolist()
     [-2.111, 0.0, 0.556, 2.111]
@@ -45,8 +49,9 @@ def symlog_positions(values: Sequence[float] | Array, linear: float) -> Array:
 
 
 def symlog_ticks(low: float, high: float, linear: float, most: int = MOST_POWERS) -> Array:
-    """0 and, to both sides, `most` powers of ten beyond the linear part of an axis; even steps where that is all of it or none of
-    these lies inside.
+    """0 and, to both sides, `most` powers of ten beyond the linear part of an axis.
+
+    Even steps where that is all of it or none of these lies inside.
 
     >>> symlog_ticks(-30.0, 2000.0, 10.0), symlog_ticks(0.0, 4.0, 10.0)
     (array([ -10.,    0.,   10.,  100., 1000.]), array([0., 1., 2., 3., 4.]))

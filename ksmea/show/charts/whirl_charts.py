@@ -1,4 +1,7 @@
-"""Campbell diagram, stability map and critical speed map: how the followed modes go with speed and with the bearings' stiffness."""
+"""Campbell diagram, stability map and critical speed map.
+
+How the followed modes go with speed and with the bearings' stiffness.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +28,10 @@ NEAR_STIFFNESS = 0.09  # of the axis of stiffness: names of lines that are close
 
 
 def campbell_chart(found: Rotordynamics) -> Chart:
-    """Damped natural frequencies by direction of whirl, lines of the harmonics, and where they meet: the critical speeds, with
-    their amplification factors at 1X."""
+    """Damped natural frequencies by direction of whirl, lines of the harmonics, and where they meet.
+
+    The critical speeds, with their amplification factors at 1X.
+    """
     branches, right = found.branches, found.highest / RPM
     frequency = branches.frequency / HERTZ
     top = 1.08 * float(frequency[np.isfinite(frequency)].max(initial=0.0)) or 1.0
@@ -76,7 +81,10 @@ def _amplifications(critical: Sequence[CriticalSpeed], highest: float) -> Iterat
 
 
 def stability_chart(found: Rotordynamics) -> Chart:
-    """Logarithmic decrement of the modes over speed: below 0 a free motion grows. The first such speed is marked."""
+    """Logarithmic decrement of the modes over speed: below 0 a free motion grows.
+
+    The first such speed is marked.
+    """
     decrement = found.branches.log_decrement
     shown = decrement[np.isfinite(decrement)]
     lowest, highest = (float(shown.min()), float(shown.max())) if shown.size else (DEEPEST, HIGHEST_DECREMENT)
@@ -102,7 +110,10 @@ def _choices(branches: Branches) -> tuple[Choice, ...]:
 
 
 def _by_whirl(branches: Branches, values: Array, said: str) -> Iterator[Element]:
-    """A line for each mode (n_speed, n_branch) and direction that it whirls in; it goes on where the direction changes."""
+    """A line for each mode (n_speed, n_branch) and direction that it whirls in.
+
+    It goes on where the direction changes.
+    """
     for number, (column, direction) in enumerate(zip(values.T, branches.direction.T), start=1):
         for of_direction, whirl in DIRECTIONS.items():
             own = direction == of_direction
@@ -148,7 +159,10 @@ def speed_map_chart(found: Rotordynamics) -> Chart:
 
 
 def stiffnesses_of_model(drawn: CriticalSpeedMap, near: float = NEAR_STIFFNESS) -> list[tuple[list[float], str]]:
-    """The model's own stiffnesses within the axis, rising, MN/m, with their names; those closer than `near`, of the axis, share one text."""
+    """The model's own stiffnesses within the axis, rising, MN/m, with their names.
+
+    Stiffnesses closer than `near`, of the axis, share one text.
+    """
     first, last = drawn.stiffness[0], drawn.stiffness[-1]
     groups: list[list[tuple[float, str]]] = []
     for size, name in sorted((size, name) for name, size in drawn.of_model if first <= size <= last):

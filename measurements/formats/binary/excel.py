@@ -1,4 +1,7 @@
-"""Excel files (.xlsx, and .xls by `old_excel`): one sheet, its headings in the first row that has them all."""
+"""Excel files (.xlsx, and .xls by `old_excel`).
+
+One sheet, its headings in the first row that has them all.
+"""
 
 from __future__ import annotations
 
@@ -22,15 +25,20 @@ EXCEL = ZIP, OLD_EXCEL = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 
 
 def read_excel(content: bytes, path: str, sheet: str, headings: Sequence[str], most_rows: int = MAX_ROWS) -> Sheet:
-    """The table of a sheet; `SettingError` if openpyxl is not installed, there are several sheets and none is named, or the
-    headings are nowhere."""
+    """The table of a sheet.
+
+    Raises `SettingError` if openpyxl is not installed, there are several sheets and none is named, or the headings are
+    nowhere.
+    """
     with _book(content, path) as book:
         return _table(book, path, _chosen(book, sheet, path, headings, guessed_columns), list(headings), most_rows)
 
 
 def first_rows(content: bytes, path: str, sheet: str, guess: Guess) -> list[list[str]]:
-    """The first rows of a sheet, in which headings are looked for; where several sheets are there and none is named, `guess`, of what
-    columns hold, suggests one in the question."""
+    """The first rows of a sheet, in which headings are looked for.
+
+    If several sheets are there and none is named, `guess`, a guess of the columns, suggests one in the question.
+    """
     with _book(content, path) as book:
         return [_texts(cells) for _, cells in islice(_rows(book, _chosen(book, sheet, path, (), guess)), MOST_LINES)]
 
@@ -95,8 +103,10 @@ def _chosen(book: Any, sheet: str, path: str, headings: Sequence[str], guess: Gu
 
 
 def _which_sheet(book: Any, names: list[str], path: str, headings: Sequence[str], guess: Guess) -> OpenQuestion:
-    """The question which sheet is read; where just one looks like a table of vibration, that is suggested, and of several the
-    first lets the rest be asked."""
+    """The question which sheet is read.
+
+    If just one looks like a table of vibration, it is suggested; otherwise the first of several lets the rest be asked.
+    """
     fitting = [name for name in names if _fits(book, name, headings, guess)]
     said = f"{path}: expected one sheet, got {shortened(', '.join(names), 200)}; give sheet=NAME"
     if len(fitting) == 1:

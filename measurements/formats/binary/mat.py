@@ -1,4 +1,6 @@
-"""MATLAB files up to version 7: each numeric variable is a column, of a matrix each column, of a structure each field.
+"""MATLAB files up to version 7.
+
+Each numeric variable is a column, of a matrix each column, of a structure each field.
 
 A vector `n` is called n, the second column of a matrix `q` is q[2], a field is S.n. Cell arrays are columns, too: `c{2}` of vectors is
 c[2], and a column below a text `rpm` is c.rpm. Tables, timetables, dates and strings are objects that MATLAB alone reads: a refusal
@@ -86,9 +88,12 @@ def read_mat(content: bytes, path: str, headings: Sequence[str]) -> Sheet:
 
 
 def _require_whole(content: bytes, path: str) -> None:
-    """Refuse a version-5 file whose elements are cut or do not decompress: loadmat of SciPy 1.17 crashes on a stream that ends early.
+    """Refuse a version-5 file whose elements are cut or do not decompress.
 
-    An element has a tag of its type and its number of bytes, uint32 each (MathWorks, MAT-File Format, 2023)."""
+    Loadmat of SciPy 1.17 crashes on a stream that ends early.
+
+    An element has a tag of its type and its number of bytes, uint32 each (MathWorks, MAT-File Format, 2023).
+    """
     order = ENDIAN.get(content[HEADER - 2 : HEADER])
     if order is None:  # version 4 has no such header
         return
@@ -106,8 +111,10 @@ def _require_whole(content: bytes, path: str) -> None:
 
 
 def _unpacked_size(body: bytes, most: int, path: str) -> int:
-    """Bytes of a compressed variable, of which no more than a block is held at once; `SettingError` if they are more than `most` or end
-    early."""
+    """Bytes of a compressed variable, of which no more than a block is held at once.
+
+    Raises `SettingError` if they are more than `most` or end early.
+    """
     stream = zlib.decompressobj()
     size, pending = 0, body
     try:
@@ -155,7 +162,10 @@ def _is_cells(value: Any) -> bool:
 
 
 def _of_cells(name: str, cells: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """The columns of a cell array: of cells with a vector each, or of rows of numbers, headed by texts or not."""
+    """The columns of a cell array.
+
+    Cells hold a vector each, or rows of numbers, headed by texts or not.
+    """
     numbers = [_numbers(each) for each in cells.reshape(-1)]
     if 1 in cells.shape and all(each is not None and len(each) > 1 for each in numbers):
         yield from ((f"{name}[{at + 1}]", each) for at, each in enumerate(numbers) if each is not None)
@@ -184,7 +194,10 @@ def _text(cell: Any) -> str:
 
 
 def _unread(variables: dict[str, Any]) -> dict[str, str]:
-    """Variables that no program but MATLAB reads, and cell arrays without numbers, each with what to type there before saving it."""
+    """Variables that no program but MATLAB reads, and cell arrays without numbers.
+
+    Each has the words to type there before saving it.
+    """
     found = {}
     for name, value in variables.items():
         if isinstance(value, MatlabOpaque):
@@ -201,7 +214,7 @@ def _decoded(text: Any) -> str:
 
 
 def _require_read(unread: dict[str, str], columns: dict[str, np.ndarray], headings: Sequence[str], path: str) -> None:
-    """Raise `SettingError` if a column is named of a variable that cannot be read, or nothing else is there."""
+    """Raise `SettingError` if a column is of an unreadable variable, or nothing else is there."""
     for name, cure in unread.items():
         if not columns or any(heading == name or heading.startswith((f"{name}.", f"{name}[")) for heading in headings):
             raise SettingError(f"{path}: expected numeric variables, got {cure}; save it as numbers, in MATLAB")

@@ -47,7 +47,10 @@ class OldSheet:
 
 
 def old_book(content: bytes, path: str) -> OldBook:
-    """The open file. Raises `SettingError` if xlrd is not installed; whatever xlrd raises on a damaged one."""
+    """The open file.
+
+    Raises `SettingError` if xlrd is not installed; whatever xlrd raises on a damaged one.
+    """
     try:
         import xlrd
     except ImportError as error:

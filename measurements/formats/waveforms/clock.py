@@ -22,7 +22,10 @@ SAME = 1e-4  # of a step, by which the steps of an even clock may differ
 
 
 def clock_of(sheet: Sheet, heading: str) -> tuple[Array, str]:
-    """The time of each sample, s, from a column, and a remark if steps are uneven. Raises `SettingError` if times do not rise."""
+    """The time of each sample, s, from a column, and a remark if steps are uneven.
+
+    Raises `SettingError` if times do not rise.
+    """
     stated = times_of(sheet, heading)
     unit = seconds_per(sheet.unit(heading), sheet.where)
     if np.any(bad := ~(np.abs(stated) <= LARGEST)):
@@ -69,7 +72,10 @@ def _even(time: Array) -> Array | None:
 
 
 def _last_place(time: Array) -> float:
-    """Rounding unit of times: the last decimal that any of them has, or the spacing of single precision; 0 if neither."""
+    """Rounding unit of times: the last decimal that any of them has, or the spacing of single precision.
+
+    It is 0 if neither is known.
+    """
     for decimals in range(MOST_DECIMALS + 1):
         scaled = time * 10.0**decimals
         if np.all(np.abs(scaled - np.round(scaled)) <= EXACT):

@@ -61,8 +61,10 @@ class Mark:
 
 @dataclass(frozen=True)
 class _Lobes:
-    """Marks in a height (n_sample,), by sample numbers: the last one before each mark, its first, its last and the first after it;
-    the last mark may lack its end."""
+    """Marks in a height (n_sample,), by sample numbers.
+
+    The last one before each mark, its first, its last and the first after it; the last mark may lack its end.
+    """
 
     before: Indices
     first: Indices
@@ -71,8 +73,10 @@ class _Lobes:
 
 
 def mark_of(time: Array, keyphasor: Array, edge: str | None) -> Mark:
-    """The passages of the mark at an edge; without one at the leading edge of a short mark. Raises `OpenQuestion` if either
-    edge may be meant, `SettingError` if there are no pulses."""
+    """The passages of the mark at an edge; without one at the leading edge of a short mark.
+
+    Raises `OpenQuestion` if either edge may be meant, `SettingError` if there are no pulses.
+    """
     height, points_up, is_short = _height(keyphasor)
     lobes = _lobes(time, height, ABOVE_REST if is_short else OF_TWO_LEVELS)
     leading, slow_leading = _edges(time, height, lobes, is_short=is_short, leading=True)
@@ -88,7 +92,10 @@ def mark_of(time: Array, keyphasor: Array, edge: str | None) -> Mark:
 
 
 def require_one_edge(path: str, texts: Mapping[str, str]) -> None:
-    """Raise `SettingError` if files, by their name, say different edges, which an import wrote at their heads."""
+    """Raise `SettingError` if files, by their name, state different edges.
+
+    An import wrote them at their heads.
+    """
     said = {file: found[1] for file, text in texts.items() if (found := EDGE_IN_FILE.search(text))}
     edges = list(dict.fromkeys(said.values()))
     if len(edges) > 1:
@@ -131,7 +138,10 @@ def _no_pulses() -> SettingError:
 
 
 def _lobes(time: Array, height: Array, thresholds: tuple[tuple[float, float], ...]) -> _Lobes:
-    """The marks by the highest thresholds that leave one in each turn, else by the thresholds with the fewest odd turns."""
+    """Marks by the highest thresholds that leave one in each turn.
+
+    Otherwise the thresholds with the fewest odd turns are used.
+    """
     found = [_between(height, *each) for each in thresholds]
     odd = [_irregular(time[each.first]) for each in found]
     best = int(np.argmin(odd))
@@ -177,8 +187,11 @@ def _edges(time: Array, height: Array, lobes: _Lobes, *, is_short: bool, leading
 
 
 def _levels(height: Array, lobes: _Lobes, *, is_short: bool, leading: bool) -> tuple[Array, Array]:
-    """The levels on either side of each edge: the extreme of marks nearby, and the level at rest or the extreme between marks
-    nearby. Samples hit the tips of short marks unequally well, and a record may begin or end within one."""
+    """The levels on either side of each edge.
+
+    The extreme of marks nearby, and the level at rest or the extreme between marks nearby. Samples hit the tips of
+    short marks unequally well, and a record may begin or end within one.
+    """
     n = len(lobes.first) if leading else len(lobes.last)
     stops = np.append(lobes.after, len(height))[: len(lobes.first)]
     tops = np.array([np.max(height[first:stop]) for first, stop in zip(lobes.first, stops)])
@@ -205,8 +218,10 @@ def _reach(height: Array, lobes: _Lobes, mark: int, *, leading: bool) -> tuple[i
 
 
 def _crossing(time: Array, part: Array, *, reverse: bool) -> tuple[float, float]:
-    """When a rising height, from 0 to 1, passes a half, and how long it takes from 0 to 1 at its slope; `reverse`: the height is in
-    the other order than the times."""
+    """When a rising height, from 0 to 1, passes a half, and how long it takes from 0 to 1 at its slope.
+
+    `reverse`: the height is in the other order than the times.
+    """
     time = time[::-1] if reverse else time
     after = int(np.argmax(part >= HALF))
     inside = slice(0, 0)

@@ -59,7 +59,9 @@ class Tracked:
 
 
 def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, ...], revolutions: int = 1) -> Tracked:
-    """Vectors of signals (n_sample, n_signal) at harmonics, from windows of `revolutions` turns between pulses (n_pulse,) s.
+    """Vectors of signals (n_sample, n_signal) at harmonics, from windows of `revolutions` turns.
+
+    Turns are between pulses (n_pulse,) s.
 
     Raises `SettingError` if pulses are missing, samples too few, or a harmonic is not whole in a window.
     """
@@ -101,7 +103,10 @@ def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, 
 
 
 def _distinct(speed: Array) -> Array:
-    """Speeds (n,) of which none is equal to another: of pulses that fall on samples, some coincide in all digits by chance."""
+    """Speeds (n,) of which none is equal to another.
+
+    Some pulses that fall on samples coincide in all digits by chance.
+    """
     order = np.argsort(speed, kind="stable")
     number = np.arange(len(speed))
     is_first = np.diff(speed[order], prepend=-np.inf) != 0
@@ -111,8 +116,10 @@ def _distinct(speed: Array) -> Array:
 
 
 def _has_gap(time: Array, starts: Indices, ends: Array) -> NDArray[np.bool_]:
-    """Whether samples are missing in a window (n_window,), so that its harmonics are badly determined: a gap of 0.15 turns raises the
-    error of 1X by a third, one of a quarter to 2.6 times."""
+    """Whether samples are missing in a window (n_window,), so that its harmonics are badly determined.
+
+    A gap of 0.15 turns raises the error of 1X by a third, one of a quarter to 2.6 times.
+    """
     steps = np.diff(time)
     wide = np.flatnonzero(steps > max(GAP * float(np.median(np.diff(ends))), MISSING * float(np.median(steps))))
     found = np.diff(starts) == 0
@@ -123,7 +130,10 @@ def _has_gap(time: Array, starts: Indices, ends: Array) -> NDArray[np.bool_]:
 
 
 def _fitted(counts: Indices, harmonics: tuple[float, ...], revolutions: int) -> tuple[float, ...]:
-    """The harmonics that are fitted, with so many samples in each window. Raises `SettingError` if these are too few."""
+    """The harmonics that are fitted, with so many samples in each window.
+
+    Raises `SettingError` if these are too few.
+    """
     fewest = int(np.min(counts)) if len(counts) else 0
     fitted = tuple(dict.fromkeys((*harmonics, *ALONG)))
     if fewest < SAMPLES_PER_UNKNOWN * (1 + 2 * len(fitted)):
@@ -137,8 +147,10 @@ def _fitted(counts: Indices, harmonics: tuple[float, ...], revolutions: int) -> 
 
 
 def noise_of(values: ComplexArray) -> Array | None:
-    """Standard deviation (total) of vectors (n_window, …) by their second differences over neighbouring windows; None if
-    these are too few."""
+    """Standard deviation (total) of vectors (n_window, …) by second differences over neighbouring windows.
+
+    None if these are too few.
+    """
     if len(values) < FEWEST_WINDOWS:
         return None
     squared = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) ** 2 / 6  # of the windows 1 … n − 2
@@ -150,8 +162,11 @@ def noise_of(values: ComplexArray) -> Array | None:
 
 
 def _least_squares(basis: Array, signals: Array, starts: Indices) -> Array:
-    """Coefficients (n_window, n_basis, n_signal) of basis functions (n_basis, n_sample) in signals (n_signal, n_sample), in
-    windows that begin at `starts`, by normal equations: a harmonic series over whole turns is well conditioned."""
+    """Coefficients (n_window, n_basis, n_signal) of basis functions in signals, by normal equations.
+
+    The basis is (n_basis, n_sample), signals are (n_signal, n_sample), windows begin at `starts`. A harmonic series
+    over whole turns is well conditioned.
+    """
     n_basis = len(basis)
     gram = np.empty((len(starts), n_basis, n_basis))
     for row in range(n_basis):

@@ -1,4 +1,6 @@
-"""One vector of a record at a steady speed: the mean over its windows, with the error of that mean as its noise.
+"""One vector of a record at a steady speed.
+
+The mean over its windows, with the error of that mean as its noise.
 
 Of n windows with the scatter s (total) the mean of independent ones has the standard error s/√n. What drifts or beats stays alike from
 one window to the next; with the correlation ρ of neighbours n is worth n (1 − ρ)/(1 + ρ) independent windows (a first-order
@@ -24,7 +26,10 @@ MOST_CORRELATED = 0.9
 
 
 def mean_of_windows(values: ComplexArray) -> tuple[ComplexArray, Array | None]:
-    """Mean over windows (n_window, …) and its standard error (total); None without scatter to take it from."""
+    """Mean over windows (n_window, …) and its standard error (total).
+
+    None without scatter to take it from.
+    """
     mean = np.mean(values, axis=0)
     n = len(values)
     off = values - mean

@@ -1,4 +1,6 @@
-"""Waveform exports of Bently Nevada System 1: samples of whole turns that begin at the keyphasor, which is not in the file.
+"""Waveform exports of Bently Nevada System 1.
+
+Samples of whole turns that begin at the keyphasor, which is not in the file.
 
     Point Name,1XD TURBINE DE
     X-Axis Unit,ms
@@ -47,7 +49,10 @@ class Export:
 
 @dataclass(frozen=True)
 class _Vector:
-    """A record of one point: its vectors at each harmonic, their standard errors and its speed in the file's unit."""
+    """Record of one point: vectors at each harmonic, standard errors and speed.
+
+    The speed is in the file's unit.
+    """
 
     export: Export
     values: ComplexArray
@@ -137,7 +142,10 @@ def _speed(named: Mapping[str, str], where: str) -> tuple[float, str]:
 
 
 def _at_common_speeds(vectors: Sequence[_Vector]) -> list[_Vector]:
-    """The vectors; points that were sampled together get the mean of their speeds, which differ in their last digits."""
+    """Vectors at common speeds.
+
+    Points that were sampled together get the mean of their speeds, which differ in their last digits.
+    """
     together: dict[str, list[float]] = {}
     for each in vectors:
         together.setdefault(each.export.named.get("timestamp", ""), []).append(each.speed)

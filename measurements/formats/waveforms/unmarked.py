@@ -1,4 +1,6 @@
-"""Turns of a shaft without a keyphasor: from a column of its speed, from one constant speed, or from the vibration itself.
+"""Turns of a shaft without a keyphasor.
+
+They come from a column of its speed, from one constant speed, or from the vibration itself.
 
 Without a mark nothing says where a turn begins: the turns give amplitudes, and phases only of one window to the next.
 
@@ -28,7 +30,10 @@ SMOOTHED = 7  # windows that a parabola evens
 
 
 def turns_at(time: Array, speed: Array, where: str) -> Array:
-    """Times (n_turn + 1,) s at which whole turns have passed since the first sample, of a speed (n_sample,) rad/s at each."""
+    """Times (n_turn + 1,) s at which whole turns have passed since the first sample.
+
+    The speed is (n_sample,) rad/s.
+    """
     if np.any(bad := speed <= 0):
         at = int(np.flatnonzero(bad)[0])
         raise SettingError(
@@ -39,8 +44,10 @@ def turns_at(time: Array, speed: Array, where: str) -> Array:
 
 
 def speed_in_vibration(time: Array, signals: Array, lowest: float, highest: float) -> Array:
-    """The speed (n_sample,) rad/s between two speeds at which signals (n_sample, n_signal) vibrate most. Raises `SettingError` if
-    the record is too short or nothing stands out."""
+    """The speed (n_sample,) rad/s between two speeds at which signals (n_sample, n_signal) vibrate most.
+
+    Raises `SettingError` if the record is too short or nothing stands out.
+    """
     rate = (len(time) - 1) / (time[-1] - time[0])
     block = max(
         int(rate * TURN / (SAMPLES_A_TURN * highest)), 1

@@ -1,4 +1,6 @@
-"""Raw waveforms with a keyphasor or without, from a text table, an Excel or .mat file or a universal file, by `columns`:
+"""Raw waveforms with a keyphasor or without, by `columns`.
+
+They come from a text table, an Excel or .mat file or a universal file:
 
     columns=[time=t,keyphasor=KPH,signal.1X=probe A,signal.1Y=probe B]
 
@@ -221,8 +223,10 @@ def _sheet(content: bytes, answers: Answers, headings: Sequence[str]) -> Sheet:
 
 
 def _fast(content: bytes, path: str, headings: Sequence[str]) -> Sheet | None:
-    """A plain text of numbers below one line of headings in UTF-8, which most long records are; None if it is anything
-    else, which is read cell by cell."""
+    """A plain text of numbers below one line of headings in UTF-8, which most long records are.
+
+    None if it is anything else, which is read cell by cell.
+    """
     head, _, body = content.partition(b"\n")
     if all(each.startswith("#") for each in headings):
         return _plain(content, path)
@@ -248,7 +252,10 @@ def _plain(content: bytes, path: str) -> Sheet | None:
 
 
 def _numbers(content: bytes, separator: str | None, n: int) -> Array | None:
-    """The numbers (n_row, n) of a text; None if it holds anything else, or more rows than a sheet may have."""
+    """The numbers (n_row, n) of a text.
+
+    None if it holds anything else, or more rows than a sheet may have.
+    """
     try:
         with io.BytesIO(content) as text:
             values = np.loadtxt(text, delimiter=separator, ndmin=2, comments=None)

@@ -164,8 +164,10 @@ def bow_load(rotor: Rotor, shape: str) -> ComplexArray:
 
 
 def bow_shape(rotor: Rotor, shape: str, elastic: Array) -> ComplexArray:
-    """The forward bow of unit size in the rotor's degrees of freedom (x, y, φ_x, φ_y), (n_dof,), of a shaft with a stiffness
-    (n_dof, n_dof) N/m."""
+    """Forward bow of unit size in the rotor's degrees of freedom (x, y, φ_x, φ_y), (n_dof,).
+
+    The shaft has a stiffness (n_dof, n_dof) N/m.
+    """
     bearings = [bearing.position for bearing in rotor.bearings]
     if shape == WHOLE or (shape == SINE and len(set(bearings)) < 2):
         return half_sine(rotor.node_positions, 0.0, rotor.length)

@@ -1,4 +1,4 @@
-"""Effects on rotors: hooks into the rotor, the problem that has the effect, and helpers that several effects share.
+"""Effects on rotors: hooks into the rotor, the problem with the effect, and shared helpers.
 
 Limits of an effect's unknowns follow from sizes of the rotor: its weight, stiffness and response.
 """
@@ -41,7 +41,10 @@ class HasPosition(Protocol):
 
 @dataclass(frozen=True)
 class RotorEffect(RotorHooks, Effect[RotorProblem]):
-    """Base of effects on rotors; the fields of an effect say where it sits."""
+    """Base of effects on rotors; the fields of an effect state its location.
+
+    A subclass has `sizes`, or `parameters` and `draw`, and overrides the hooks (`RotorHooks`) by which it acts.
+    """
 
     extent: ClassVar[str] = WHOLE_ROTOR  # location of an effect without one place, in words
     for_drawings_only: ClassVar[bool] = (
@@ -57,7 +60,10 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
 
     @property
     def sizes(self) -> Sequence[Size]:
-        """Its unknowns, in one line each. Default: `parameters` and `draw` are overridden."""
+        """Unknowns of the effect, in one line each.
+
+        Default: `parameters` and `draw` are overridden.
+        """
         raise NotImplementedError(
             f"{type(self).__name__}: expected `sizes`, or `parameters` and `draw`, got none of them"
         )
@@ -74,15 +80,41 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
         return np.concatenate([size.draw(problem, rng) for size in self.sizes])
 
     def load_sizes(self, theta: Array) -> ComplexArray:
-        """Default: one load that turns forward, whose components x and y are the first two unknowns."""
+        """Size of each load.
+
+        Default: one load that turns forward, whose components x and y are the first two unknowns.
+
+        Args:
+            theta: values (n, e), SI.
+
+        Returns:
+            Complex sizes (n, n_load), in the units of `loads`.
+        """
         return forward_vector(theta)[:, None]
 
     def placed_on(self, problem: RotorProblem) -> Self:
-        """This effect at its location on a problem; `SettingError` if it cannot sit there."""
+        """This effect at its location on a problem.
+
+        Args:
+            problem: rotor without the effect.
+
+        Raises:
+            SettingError: it cannot sit there.
+        """
         return self
 
     def added_to(self, problem: Problem) -> Problem:
-        """The problem with this effect, in all its runs."""
+        """Problem with this effect, in all its runs.
+
+        Args:
+            problem: rotor, or its runs, without the effect.
+
+        Returns:
+            Problem whose unknowns are followed by the effect's own.
+
+        Raises:
+            SettingError: the problem is not a rotor of this project, or the effect cannot sit on it.
+        """
         if isinstance(problem, CampaignProblem):
             return problem.changed(self.added_to)
         if not isinstance(problem, RotorProblem):
@@ -92,7 +124,14 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
     def physics(
         self, plain: RotorProblem, effects: tuple[RotorHooks, ...], near: ComplexArray | None = None
     ) -> ExtendedPhysics:
-        """How a rotor with these effects, this one among them, moves."""
+        """Motion of a rotor with effects, this one among them.
+
+        Args:
+            plain: rotor without effects.
+            effects: all effects.
+            near: motion (n_speed, n_order, n_unit), m, of the sites of nonlinear forces next to which the steady-state response is
+                sought. Default: the response of a slow run.
+        """
         return ExtendedPhysics(plain, effects, near)
 
 
@@ -133,7 +172,14 @@ class SeatedEffect(PlacedEffect):
 
     @abstractmethod
     def seats(self, problem: RotorProblem) -> Sequence[float]:
-        """Where on the shaft it may sit, m."""
+        """Positions on the shaft at which it may sit.
+
+        Args:
+            problem: rotor without the effect.
+
+        Returns:
+            Positions, m, the default one first.
+        """
 
     def __str__(self) -> str:
         return self.default_place if self.position is None else f"at {self.position:g} m"
@@ -160,8 +206,10 @@ def column(values: Array) -> Array:
 
 
 def forward_vector(theta: Array) -> ComplexArray:
-    """Two Cartesian components (n, 2) as one complex number (n,): r_x + i r_y is the x amplitude of the forward vector
-    r (1, −i), which at t = 0 points to (r_x, r_y)."""
+    """Two Cartesian components (n, 2) as one complex number (n,).
+
+    R_x + i r_y is the x amplitude of the forward vector r (1, −i), which at t = 0 points to (r_x, r_y).
+    """
     return theta[:, 0] + 1j * theta[:, 1]
 
 

@@ -48,8 +48,11 @@ MAX_LINEARISED = 8  # kept of responses with their sensitivities: several fits s
 
 @dataclass(frozen=True, eq=False)
 class ExtendedPhysics(RotorWithEffects, Physics):
-    """Motion of a rotor with effects. If several steady-state responses exist, it is the response of a slow run, or the one next to
-    `near` (n_speed, n_order, n_unit), m: the motion of the sites of forces that depend on it."""
+    """Motion of a rotor with effects.
+
+    If several steady-state responses exist, it is the response of a slow run, or the one next to `near` (n_speed,
+    n_order, n_unit), m: the motion of the sites of forces that depend on it.
+    """
 
     near: ComplexArray | None = None
 
@@ -80,8 +83,10 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         return self._rotor_by_rotor(x, (len(self.base.channels),), (), self._reduced_response)
 
     def response_next_to(self, x: Array, points: Array) -> ComplexArray:
-        """Response (n, n_speed, n_channel), m, at points (n, d) SI; of several steady-state responses the one next to the response at
-        x (d,)."""
+        """Response (n, n_speed, n_channel), m, at points (n, d) SI.
+
+        If several steady-state responses exist, it is the one next to the response at x (d,).
+        """
         if self._is_nonlinear and tuple(x) not in self._site_motions:
             self.response(x[None])
         return self._rotor_by_rotor(
@@ -109,7 +114,10 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         loads: tuple[Load, ...],
         evaluate: Callable[[Reduction, Array], ComplexArray],
     ) -> ComplexArray:
-        """Results of `evaluate` for sets (n, d), (n, n_speed, *shape), with one reduction for all that change the rotor alike."""
+        """Results of `evaluate` for sets (n, d), (n, n_speed, *shape).
+
+        There is one reduction for all sets that change the rotor alike.
+        """
         found = np.empty((len(x), len(self.base.speed), *shape), dtype=complex)
         changing = x[:, self.costly]
         _, group = np.unique(changing, axis=0, return_inverse=True) if changing.size else (None, np.zeros(len(x), int))
@@ -159,7 +167,10 @@ class ExtendedPhysics(RotorWithEffects, Physics):
 
     @cached_property
     def _has_one_solution(self) -> bool:
-        """Whether one solution of D q = f at 1X is all of the motion, and a changed rotor stays a chain from bearing to bearing."""
+        """Whether one solution of D q = f at 1X is all of the motion, on a chain from bearing to bearing.
+
+        The changed rotor must stay such a chain.
+        """
         of_effects = self.parts(np.zeros((1, len(self.parameters))))[1]
         chain = not (self.couples_bearings and len(self.costly))
         return chain and not (self._turning.are_there or self._is_nonlinear or self.sweeps(of_effects))
@@ -221,8 +232,11 @@ class ExtendedPhysics(RotorWithEffects, Physics):
     def _motion(
         self, reduction: Reduction, x: Array, near: ComplexArray | None = None
     ) -> tuple[ComplexArray, list[Array]]:
-        """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and each effect's values.
-        `near` is as `with_nonlinear_forces` has it; what that finds of one set is kept."""
+        """Motion and responses to unit loads at the seen channels, and each effect's values.
+
+        They are (n, n_speed, n_seen, 1 + n_load). `near` is as in `with_nonlinear_forces`; its result for one set is
+        kept.
+        """
         of_effects = self.parts(x)[1]
         impedance, sizes = self.impedances_and_sizes(x)
         columns, n_own = reduction.motion_on(impedance, sizes), sizes.shape[1]
@@ -244,7 +258,10 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         return columns, of_effects
 
     def _turning_motion(self, x: Array, sizes: ComplexArray) -> ComplexArray:
-        """Motion at the seen channels if a stiffness turns with the shaft, (n, n_speed, n_seen), for sets with the same rotor."""
+        """Motion at the seen channels if a stiffness turns with the shaft, (n, n_speed, n_seen).
+
+        The sets share a rotor.
+        """
         of_effects = self.parts(x)[1]
         make = partial(self._turning_shaft, self.rotor_with(x[0]), x[0, self.costly])
         shaft = recent(self._turning_shafts, tuple(x[0, self.costly]), make, MAX_REDUCTIONS)
@@ -305,8 +322,10 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         return self.observed(motion[None] + self._sweep_change(x), of_effects)
 
     def _sweep_change(self, x: Array) -> ComplexArray:
-        """Change of the motion at the seen channels by a sweep of the speed, (n, n_speed, n_seen) m, for sets (n, d) with the
-        same rotor."""
+        """Change of the motion at the seen channels by a sweep of the speed, (n, n_speed, n_seen) m.
+
+        It is for sets (n, d) that share a rotor.
+        """
         change = np.zeros((len(x), len(self.base.speed), len(self.seen_channels)), dtype=complex)
         for sweep in self.sweeps(self.parts(x)[1]):
             moving = np.flatnonzero(sweep.acceleration)

@@ -41,8 +41,10 @@ class Solution:
 
 
 def linearised(problem: RotorWithEffects, x: Array, loads: tuple[Load, ...] = ()) -> tuple[ComplexArray, ComplexArray]:
-    """Response and responses to unit loads (n_speed, n_channel, 1 + n_load) and their sensitivity (…, d), m and m per unit, per SI unit,
-    at x (d,) SI."""
+    """Response and responses to unit loads with their sensitivity at x (d,) SI.
+
+    They are (n_speed, n_channel, 1 + n_load) and (…, d), m and m per unit, per SI unit.
+    """
     parameters = problem.parameters
     differences = central_differences(x, STEP * parameters.width, parameters.lower, parameters.upper)
     points = np.concatenate([x[None], differences.points])
@@ -72,7 +74,10 @@ def _shown(
     columns: ComplexArray,
     change: ComplexArray,
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Readings of the probes, with forces by laws acting, for columns (n_speed, n_seen, n_column) and their change (d, …)."""
+    """Readings of the probes with forces by laws acting, for columns and their change.
+
+    The columns are (n_speed, n_seen, n_column), the change (d, …).
+    """
     if problem.shows_motion:
         n_channel = len(problem.base.channels)
         return columns[:, :n_channel], np.moveaxis(change[:, :, :n_channel], 0, -1)

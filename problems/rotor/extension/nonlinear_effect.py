@@ -1,4 +1,7 @@
-"""Base of effects whose force depends on the motion otherwise than linearly: as the speed goes, and at which harmonics."""
+"""Base of effects whose force depends on the motion otherwise than linearly.
+
+It depends on the direction of the speed, and on harmonics.
+"""
 
 from __future__ import annotations
 
@@ -48,9 +51,11 @@ class NonlinearEffect(RotorEffect):
         return None if site is None or site.further else (site.position, site.law)
 
     def seen_in(self, measurement: Measurement) -> Self | None:
-        """With the direction of the run, where more than one run at 1X was measured: what is not linear shows at other
-        harmonics, with other unbalance, and as the speed goes the other way. In a single run linear effects do the same, and
-        balancing harmonics costs a hundred times as much as they do."""
+        """Effect with the direction of the run, if more than one run at 1X was measured.
+
+        Nonlinear forces show at other harmonics, with other unbalance, and in the other direction of the speed. In a
+        single run linear effects do as much, and balancing harmonics costs a hundred times as much as they do.
+        """
         campaign, history = measurement.campaign, measurement.history
         if all(channel.is_1x for channel in measurement.channels) and (campaign is None or len(campaign.runs) < 2):
             return None
@@ -58,5 +63,8 @@ class NonlinearEffect(RotorEffect):
 
 
 def eccentricity(problem: RotorProblem) -> float:
-    """How far the largest unbalance would move the mass of the rotor, m: the scale of motions next to resonances."""
+    """Displacement of the rotor's mass by the largest unbalance, m.
+
+    It is the scale of motions next to resonances.
+    """
     return unbalance_scale(problem) / rotor_mass(problem)

@@ -1,4 +1,6 @@
-"""Forces on a rotor that depend on the motion of their sites otherwise than linearly: all of them together, at all harmonics.
+"""Forces on a rotor that depend on the motion of their sites otherwise than linearly.
+
+All of them together, at all harmonics.
 
 At each harmonic h of the rotation the sites are seen by their receptances at hΩ, with bearings, supports and linear forces as they
 act there. A force that is alike in opposite directions on a motion that unbalance excites has odd harmonics.
@@ -83,8 +85,10 @@ def with_nonlinear_forces(
 
 
 def _begins(motion: ComplexArray) -> ComplexArray:
-    """e^{iφ} of the largest coordinate of a motion (n, n_speed, m): from there on orbits are sampled, so that what a force does is
-    the same wherever phases begin."""
+    """e^{iφ} of the largest coordinate of a motion (n, n_speed, m).
+
+    Orbits are sampled from there on, so that forces do not depend on the phase origin.
+    """
     largest = np.take_along_axis(motion, np.argmax(np.abs(motion), axis=-1)[..., None], axis=-1)[..., 0]
     return np.asarray(np.exp(1j * np.angle(largest)))
 

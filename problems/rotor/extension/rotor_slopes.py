@@ -1,4 +1,6 @@
-"""Derivatives of the motion that probes see with unknowns that change the rotor itself, load it otherwise, or move probes.
+"""Derivatives of the motion seen by probes with respect to unknowns of the rotor itself.
+
+These unknowns change the rotor, load it otherwise, or move probes.
 
 With D q = f and rows r that read q, dq_seen = dr q + r D⁻¹ (df − dD q): rows r D⁻¹ and motion q of one factorisation serve all unknowns.
 dD is the difference of two rotors' matrices. Of unknowns in which the matrices are linear it is exact, and the same at all values of
@@ -133,8 +135,10 @@ def _difference(first: Matrices, second: Matrices, width: float) -> tuple[Array,
 def seen_changes(
     shaft: WholeShaft, x: Array, motion: ComplexArray, rows: ComplexArray, weights: ComplexArray
 ) -> dict[int, ComplexArray]:
-    """∂(seen motion)/∂x (n_seen, n_column, n_speed) by each costly unknown of a shaft at x (d,) SI, from its motion
-    (n_speed, n_dof, n_column) and the rows times D⁻¹ (n_speed, n_seen, n_dof)."""
+    """Derivatives ∂(seen motion)/∂x (n_seen, n_column, n_speed) by each costly unknown of a shaft.
+
+    They are at x (d,) SI, from its motion (n_speed, n_dof, n_column) and the rows times D⁻¹ (n_speed, n_seen, n_dof).
+    """
     problem = shaft.problem
     speed, (n_speed, n_dof, n_column) = problem.base.speed, motion.shape
     push = np.zeros((n_speed, n_dof, len(problem.costly), n_column), dtype=complex)
@@ -173,7 +177,10 @@ def _read_change(shaft: WholeShaft, x: Array, unknown: int, motion: ComplexArray
 
 
 def _slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
-    """∂/∂x of the matrices with one unknown; what depends on no other value that has changed is known already."""
+    """∂/∂x of the matrices with one unknown.
+
+    Parts that depend on no other changed value are known already.
+    """
     others = np.where(problem.of_probes, 0.0, x)[problem.costly]
     if problem.linear[unknown]:
         others[problem.linear[problem.costly]] = 0.0

@@ -71,8 +71,11 @@ def sweep_change(poles: Poles, speed: Array, sweep: Sweep) -> ComplexArray:
 
 
 def _swept_less_steady(argument: ComplexArray, pole: ComplexArray) -> ComplexArray:
-    """i√π w(z) + 1/z. Behind the pole (Im z < 0) there is 2 exp(−z²) in w, which is the ringing. A rotor that starts from rest crosses
-    no critical speed below zero, and nothing rings from there."""
+    """Swept less steady-state response, i√π w(z) + 1/z.
+
+    Behind the pole (Im z < 0) there is 2 exp(−z²) in w, which is the ringing. A rotor that starts from rest crosses no
+    critical speed below zero, and nothing rings from there.
+    """
     found = np.empty_like(argument)
     is_far = np.abs(argument) > FAR
     near, far = argument[~is_far], argument[is_far]

@@ -1,4 +1,6 @@
-"""The oil film of a plain journal bearing that is short (Ocvirk): its eccentricity under a load, and its coefficients there.
+"""The oil film of a plain journal bearing that is short (Ocvirk).
+
+Its eccentricity under a load, and its coefficients there.
 
 A journal with diameter D, length L and radial clearance c turns at Ω in oil of viscosity η under a static load f.
 Pressure falls off along the bearing only, is zero at its ends, and zero where the gap opens (laminar, L/D up to about

@@ -1,4 +1,6 @@
-"""Forces on a rotor that follow a law at a site: what they make of its motion, of its impedances and of its free motions.
+"""Forces on a rotor that follow a law at a site.
+
+They change its motion, its impedances and its free vibrations.
 
 With Q the motion without a force f and G that per unit of it, q = Q + G f, and f is what its law makes of q
 (`ksmea.nonlinear.laws`). Forces by laws that are linear in the motion enter one after the other: each changes what the following ones
@@ -27,9 +29,11 @@ ORDERS = (1, 3, 5)
 
 @dataclass(frozen=True)
 class SiteLaw:
-    """The law that a force in x and y at a position (m) follows; a moment follows one of speed alone. One that is not linear in the
-    motion may act at `further` positions alike, and acts at `orders` of the rotation in a motion that a speed going up leads to,
-    or down."""
+    """The law that a force in x and y at a position (m) follows; a moment follows one of speed alone.
+
+    One that is not linear in the motion may act at `further` positions alike, and acts at `orders` of the rotation in a
+    motion that a speed going up leads to, or down.
+    """
 
     position: float
     law: Law
@@ -54,7 +58,10 @@ class SiteLaw:
 
     @property
     def is_linear(self) -> bool:
-        """Whether the force is a sum of terms that are proportional to the motion of its site, or do not depend on it."""
+        """Whether the force is linear in the motion of its site.
+
+        Its terms are proportional to the motion, or do not depend on it.
+        """
         return not isinstance(self.law, NonlinearLaw)
 
     def rows(self, rotor: Rotor) -> Array:
@@ -71,7 +78,10 @@ class SiteLaw:
         return -np.stack([self.law.at_motion(coefficients, speed, motion)[0] for motion in unit], axis=-1)
 
     def stiffness_at(self, coefficients: Array, speed: Array, harmonic: float) -> ComplexArray:
-        """K at a harmonic of the speed, of which mass and damping are functions, and all that has a mode of its own."""
+        """Stiffness K at a harmonic of the speed.
+
+        Mass and damping depend on the harmonic, and so does everything that has a mode of its own.
+        """
         if self.law.has_own_mode:
             return self.stiffness(coefficients, harmonic * speed)
         mass, damping, stiffness = attached((self, coefficients), speed)
@@ -91,7 +101,9 @@ def split_by_law(forces: Sequence[Force]) -> tuple[list[Force], list[Force]]:
 def with_linear_forces(
     columns: ComplexArray, forces: Sequence[Force], seen: Sequence[Channel], speed: Array
 ) -> ComplexArray:
-    """Motion and responses to unit loads (n, n_speed, n_seen, 1 + n_load) with forces by linear laws acting.
+    """Motion and responses to unit loads with forces by linear laws acting.
+
+    They are (n, n_speed, n_seen, 1 + n_load).
 
     `columns` (n, n_speed, n_seen, 1 + 2 n_force + n_load) are those without: the motion, the response to unit forces in x and
     y at the site of each force, and to the loads.
@@ -108,10 +120,13 @@ def with_linear_forces(
 
 
 def attached(force: Force, speed: Array) -> tuple[Array, Array, Array]:
-    """Mass (2, 2), and damping and stiffness (n_speed, 2, 2) at spin speeds, that a force by a linear law adds at its site.
+    """Mass, damping and stiffness that a force by a linear law adds at its site.
+
+    Mass is (2, 2), damping and stiffness (n_speed, 2, 2) at spin speeds.
 
     K(Ω) has a mass in what grows with Ω², which is the frequency of the motion, as a bearing has none; all else is a
-    function of the spin speed, as coefficients of bearings are."""
+    function of the spin speed, as coefficients of bearings are.
+    """
     site, coefficients = force
     still, slow, fast = site.stiffness(coefficients, np.array([0.0, 1.0, 2.0])).real
     mass = -(still - 2 * slow + fast) / 2

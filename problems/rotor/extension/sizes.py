@@ -1,4 +1,6 @@
-"""Unknowns of an effect, one line each: name, unit, limits, and the sizes that are drawn for data that hide the effect.
+"""Unknowns of an effect, one line each.
+
+Name, unit, limits, and the sizes that are drawn for data that hide the effect.
 
 >>> size = Size("mass_change", "%", 0.2, drawn=(0.003, 0.1))  # between ±20 %, drawn between ±0.3 and ±10 %
 """
@@ -49,7 +51,10 @@ Scale = Callable[[RotorProblem], float]
 
 @dataclass(frozen=True)
 class Size:
-    """One unknown. `limits` and `drawn` are SI: numbers, or parts of a size `of` the problem, or multiples of 1 `per` such a size."""
+    """One unknown of an effect.
+
+    `limits` and `drawn` are SI: numbers, or parts of a size `of` the problem, or multiples of 1 `per` such a size.
+    """
 
     name: str
     unit: str

@@ -49,8 +49,10 @@ class Poles:
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """D₀⁻¹ as a sum over its K poles, seen from p ports and read by channels; columns of `basis` (n_dof, m) are what
-    modes are made of."""
+    """D₀⁻¹ as a sum over its K poles, seen from p ports and read by channels.
+
+    Columns of `basis` (n_dof, m) are what modes are made of.
+    """
 
     speed: ComplexArray  # (K,) Ω_k, rad/s
     shapes: ComplexArray  # (m, K) x_k
@@ -110,7 +112,9 @@ def spectrum(
 
 
 def poles_on(spectrum: Spectrum, impedance: ComplexArray, force: ComplexArray, reach: float) -> Poles:
-    """Poles with |Ω_r| up to about `reach` (rad/s), with impedances at the ports in place of the nominal ones.
+    """Poles with |Ω_r| up to about `reach` (rad/s), with other impedances at the ports.
+
+    They replace the nominal ones.
 
     `impedance` (3, n, p, p) N/m and `force` (3, n, n_dof) N are coefficients of Ω⁰, Ω¹, Ω².
     """

@@ -1,4 +1,6 @@
-"""Stiffness that turns with the shaft, and perhaps opens and closes as it does: motion at several harmonics, by Hill's method.
+"""Stiffness that turns with the shaft, and perhaps opens and closes as it does.
+
+Motion at several harmonics, by Hill's method.
 
     M q̈ + (C + ΩG) q̇ + (K + ΩN + Bᵀ κ(φ) B) q = f(φ),    φ = Ωt,    κ(φ) = Σ κ_m e^{imφ},    q(φ) = Σ q_h e^{ihφ},
 
@@ -57,8 +59,11 @@ class Acting:
 
 @dataclass(frozen=True, eq=False)
 class TurningShaft:
-    """A rotor whose turning stiffness acts between its `rows` B (n_port, n_dof), with loads (n_speed, n_dof, n_load) N per
-    unit by order in addition to its unbalance, at order 0 its weight. Local forces act at `sites`, two rows (2, n_dof) each."""
+    """Rotor with a turning stiffness between its `rows` B (n_port, n_dof).
+
+    Loads (n_speed, n_dof, n_load), N per unit by order, act in addition to its unbalance, at order 0 its weight. Local
+    forces act at `sites`, two rows (2, n_dof) each.
+    """
 
     rotor: Rotor
     impedances: tuple[Impedance, ...]
@@ -70,7 +75,10 @@ class TurningShaft:
 
     @cached_property
     def reductions(self) -> tuple[Reduction, ...]:
-        """The rotor seen from its ports at each order from 0 on, with columns for the loads and for unit forces at the ports."""
+        """Rotor seen from its ports at each order from 0 on.
+
+        It has columns for the loads and for unit forces at the ports.
+        """
         ports = np.concatenate([*self.sites, self.rows])
         found = []
         for order in range(HIGHEST + 1):
@@ -90,8 +98,10 @@ class TurningShaft:
         return tuple(found)
 
     def motion(self, entries: Sequence[ComplexArray], acting: Acting) -> ComplexArray:
-        """The motion at the channels, each at its harmonic, (n, n_speed, n_channel) m, with the impedances (n_impedance, n, n_speed)
-        of each reduction."""
+        """Motion at the channels, each at its harmonic, (n, n_speed, n_channel) m.
+
+        The impedances (n_impedance, n, n_speed) are of each reduction.
+        """
         n_seen = len(self.channels)
         without, per_force, springs = [], [], []
         for order, (reduction, impedance) in enumerate(zip(self.reductions, entries, strict=True)):
@@ -168,9 +178,11 @@ def weight_of(rotor: Rotor, angle: float) -> Array:
 
 
 def local_stiffness(acting: Acting, speed: Array, order: int, n_port: int) -> ComplexArray:
-    """K_h (n, n_speed, n_port, n_port), N/m, of local forces by linear laws, (n, 1, n_port, n_port) zeros without any; their sites are
-    the first ports: what grows with Ω² is
-    a mass, at the frequency of the motion; all else is a function of the spin speed, as coefficients of bearings are."""
+    """Stiffness K_h (n, n_speed, n_port, n_port), N/m, of local forces by linear laws.
+
+    Without any it is (n, 1, n_port, n_port) zeros. Their sites are the first ports: a part that grows with Ω² is a
+    mass, at the frequency of the motion; all else is a function of the spin speed, as coefficients of bearings are.
+    """
     found = np.zeros((len(acting.turning), len(speed) if acting.local else 1, n_port, n_port), dtype=complex)
     omega = (order * speed)[:, None, None]
     for index, (site, coefficients) in enumerate(acting.local):
@@ -283,7 +295,10 @@ class TurningEffects:
         loads: ComplexArray | None,
         sites: Sequence[SiteLaw],
     ) -> TurningShaft:
-        """A rotor with them, as other effects have changed it, with 1X loads (n_speed, n_dof, n_load) and sites of local forces."""
+        """Rotor with these effects, as other effects have changed it.
+
+        It has 1X loads (n_speed, n_dof, n_load) and sites of local forces.
+        """
         turning = [effect for effect in self.effects if effect.turns]
         none = np.empty((0, DOF_PER_NODE * len(rotor.node_positions)))
         rows = np.concatenate([none, *(effect.turning_rows(rotor) for effect in turning)])

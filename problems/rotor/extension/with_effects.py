@@ -1,4 +1,6 @@
-"""A rotor with all its effects: its matrices, the impedances of its bearings, the forces on it, and the readings of its probes.
+"""A rotor with all its effects.
+
+Its matrices, the impedances of its bearings, the forces on it, and the readings of its probes.
 
 Values of all unknowns are rows of x (n, d), SI: first the rotor's own unknowns, then the unknowns of each effect.
 """
@@ -73,7 +75,10 @@ class RotorWithEffects:
 
     @cached_property
     def linear(self) -> Mask:
-        """Mask (d,) of the unknowns on which the rotor's matrices depend linearly, at any values of the others."""
+        """Mask (d,) of the unknowns on which the rotor's matrices depend linearly.
+
+        It holds at any values of the others.
+        """
         return self._mask(lambda effect, n_unknown: effect.linear(n_unknown))
 
     @cached_property
@@ -132,7 +137,10 @@ class RotorWithEffects:
         return channel if within == channel.position else replace(channel, position=within)
 
     def _changing(self, changing: Array) -> Iterator[tuple[RotorHooks, Array]]:
-        """Effects with costly unknowns and the values of their own unknowns, with 0 for each one that is not costly."""
+        """Effects with costly unknowns and the values of their own unknowns.
+
+        The value is 0 for each one that is not costly.
+        """
         start = 0
         for effect, own, columns in zip(self.effects, self._costly, self._columns[1:]):
             if len(own):
@@ -160,8 +168,11 @@ class RotorWithEffects:
         return any(effect.couples_bearings for effect in self.effects)
 
     def impedances_and_sizes(self, x: Array, harmonic: float = 1.0) -> tuple[ComplexArray, ComplexArray]:
-        """For sets (n, d), effects and supports included: the impedances (n_impedance, n, n_speed), N/m, at a harmonic, and how
-        large the unbalance of each plane and each load of effects are, (n, n_plane + n_load)."""
+        """Impedances and sizes of unbalance for sets (n, d), effects and supports included.
+
+        The impedances (n_impedance, n, n_speed), N/m, at a harmonic, and how large the unbalance of each plane and each
+        load of effects are, (n, n_plane + n_load).
+        """
         own, of_effects = self.parts(x)
         inputs = self.base.inputs(own)
         sizes = np.concatenate([inputs.complex_unbalance, *self.sizes(of_effects)], axis=1)
@@ -186,8 +197,10 @@ class RotorWithEffects:
     def port_impedance(
         self, inputs: Inputs, speed: Array, of_effects: list[Array], harmonic: float = 1.0
     ) -> ComplexArray:
-        """Impedances between all ports of bearings and seals, from motion against the housing to the force on any other,
-        (n_port, n_port, n, n_speed) N/m, effects and their supports included."""
+        """Impedances between all ports of bearings and seals, (n_port, n_port, n, n_speed) N/m.
+
+        They are from motion against the housing to the force on any other port, effects and their supports included.
+        """
         films, n_bearing = self._films(inputs, speed, of_effects, harmonic), len(self.base.rotor.bearings)
         of_bearings = ports_on(self.supports(of_effects), films[:n_bearing], harmonic * speed)
         n_own, n_port = len(of_bearings), 2 * len(films)
@@ -200,8 +213,11 @@ class RotorWithEffects:
     def _films_on_supports(
         self, inputs: Inputs, speed: Array, of_effects: list[Array], harmonic: float
     ) -> ComplexArray:
-        """Impedances that the shaft feels at each bearing and seal in a motion at a harmonic, (n_supported, 2, 2, n, n_speed) N/m, of n
-        sets of inputs, effects and their supports included but for what all bearings stand on together."""
+        """Impedances that the shaft feels at each bearing and seal in a motion at a harmonic.
+
+        They are (n_supported, 2, 2, n, n_speed) N/m, of n sets of inputs, effects and their supports included except
+        for the common support of all bearings.
+        """
         films, n_bearing = self._films(inputs, speed, of_effects, harmonic), len(self.base.rotor.bearings)
         if supports := self.supports(of_effects):
             carried = in_series_with(supports, films[:n_bearing], harmonic * speed)
@@ -246,8 +262,10 @@ class RotorWithEffects:
         return [effect.load_sizes(values) for effect, values in zip(self.effects, of_effects) if effect.has_loads]
 
     def further_forces(self, rotor: Rotor, loads: tuple[Load, ...], harmonic: float = 1.0) -> ComplexArray | None:
-        """Nodal forces (n_speed, n_dof, n) of all loads other than the unbalance planes: loads of effects, which are 1X, unit loads
-        at the sites of laws, and the given loads."""
+        """Nodal forces (n_speed, n_dof, n) of all loads other than the unbalance planes.
+
+        Loads of effects, which are 1X, unit loads at the sites of laws, and the given loads.
+        """
         forces = [] if (own := self.loads(rotor)) is None else [own * (harmonic == 1)]
         units = self.unit_loads_with(loads)
         forces += [unit_loads(rotor, units, len(self.base.speed))] if units else []
@@ -272,7 +290,10 @@ class RotorWithEffects:
 
     @cached_property
     def seen_channels(self) -> tuple[Channel, ...]:
-        """The channels, and after them all further channels that effects compute them from, or whose motion a force may follow."""
+        """Channels, and after them all further channels that effects use.
+
+        Effects compute readings from them, or a force may follow their motion.
+        """
         needed = dict.fromkeys(
             channel for effect in self.effects for channel in effect.needed_channels(self.base.channels)
         )
@@ -286,9 +307,11 @@ class RotorWithEffects:
         return response[..., : len(self.base.channels)]
 
     def shown(self, columns: ComplexArray, x: Array) -> ComplexArray:
-        """Readings of the probes (n, n_speed, n_channel, 1 + n_load), m and m per unit, with the forces of the laws acting, for sets
-        (n, d). `columns` (n, n_speed, n_seen, 1 + n_site_load + n_load) are the motion and the responses to unit forces at the sites
-        of laws, which are linear, and to unit loads."""
+        """Readings of the probes (n, n_speed, n_channel, 1 + n_load), with the forces of the laws acting.
+
+        They are in m and m per unit, for sets (n, d). `columns` (n, n_speed, n_seen, 1 + n_site_load + n_load) are the
+        motion and the responses to unit forces at the sites of laws, which are linear, and to unit loads.
+        """
         of_effects = self.parts(x)[1]
         acting = with_linear_forces(columns, self.forces(of_effects)[0], self.seen_channels, self.base.speed)
         motion = self.observed(acting[..., 0], of_effects)
@@ -304,8 +327,10 @@ class RotorWithEffects:
         return not self.site_laws and all(type(each).observed is RotorHooks.observed for each in self.effects)
 
     def reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
-        """The rotor, as its effects have changed it, seen from its ports; unit loads come last, and act alone at a harmonic, where
-        their sites are read behind the channels."""
+        """The rotor, as its effects have changed it, seen from its ports.
+
+        Unit loads come last, and act alone at a harmonic, where their sites are read behind the channels.
+        """
         base, seen = self.base, self.channels_with(np.array(changing))
 
         def reduced() -> Reduction:
@@ -325,7 +350,10 @@ class RotorWithEffects:
 
     @property
     def _shapes_reduction(self) -> bool:
-        """Whether effects change the rotor or load it. Others, at whatever places, share the reductions of the rotor behind."""
+        """Whether effects change the rotor or load it.
+
+        Others, at whatever places, share the reductions of the rotor behind.
+        """
         return bool(self.site_laws or len(self.costly)) or any(effect.has_loads for effect in self.effects)
 
     def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorHooks, Array]]:

@@ -1,4 +1,4 @@
-"""Global matrices of a rotor, the rigid disk, and the rows that read the deflection anywhere on the shaft.
+"""Global matrices of a rotor, the rigid disk, and rows that read the deflection anywhere on the shaft.
 
 M q̈ + (C + Ω G) q̇ + (K + Ω N) q = f, with the degrees of freedom (x, y, φ_x, φ_y) node by node. N is circulatory: it
 comes with damping that turns with the shaft, which sees the velocity q̇ − Ω × q.
@@ -29,7 +29,10 @@ AGAINST_SPIN = np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
 
 @dataclass(frozen=True, eq=False)
 class Matrices:
-    """Matrices of a rotor, each (n_dof, n_dof); what turns with the shaft and what stands on the ground together."""
+    """Matrices of a rotor, each (n_dof, n_dof).
+
+    They hold the turning and the standing parts together.
+    """
 
     mass: Array
     damping: Array
@@ -64,8 +67,11 @@ class Matrices:
         return against_spin(self.hysteretic)
 
     def below_spin(self) -> Matrices:
-        """For free motions slower than the spin, in which H drives forward whirl and damps backward whirl, whatever the frequency; faster
-        forward ones are damped by it, and are not here."""
+        """Damping for free vibrations slower than the spin.
+
+        H drives their forward whirl and damps their backward whirl, whatever the frequency; faster forward ones are
+        damped by it, and are not here.
+        """
         if self.hysteretic is None:
             return self
         return replace(self, stiffness=self.stiffness + self._crossed, hysteretic=None)
@@ -116,7 +122,10 @@ def assemble(rotor: Rotor, speed: float = 0.0) -> Matrices:
 
 @lru_cache(maxsize=MAX_KEPT)
 def assemble_free(rotor: Rotor) -> Matrices:
-    """The matrices of the shaft and its disks alone, without bearings. They are kept, and not to be written to."""
+    """The matrices of the shaft and its disks alone, without bearings.
+
+    They are kept, and not to be written to.
+    """
     matrices = of_elements(rotor, shaft.element_matrices)
     mass = chained([each.mass for each in matrices])
     gyroscopic = chained([each.gyroscopic for each in matrices])
@@ -158,7 +167,10 @@ def _is_plain(segment: ShaftSegment) -> bool:
 
 
 def of_elements(rotor: Rotor, matrices: Callable[[Element], Of]) -> list[Of]:
-    """Matrices of each element, from left to right, that do not depend on its position: computed once for each form of element."""
+    """Matrices of each element, from left to right, that do not depend on its position.
+
+    Computed once for each form of element.
+    """
     are_alike = all(isinstance(each, CouplingSegment) or each.is_cylinder for each in rotor.segments)
     if are_alike and not rotor.hubs:
         of_segment = {segment: matrices(Element(segment, 0.0)) for segment in set(rotor.segments)}
@@ -184,7 +196,9 @@ def chained(matrices: Sequence[Array]) -> Array:
 
 
 def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:
-    """The row (n_dof,) that reads the deflection in a direction (`ksmea.measurement.channel`) at a position (m), by the element's own shape functions.
+    """Row (n_dof,) that reads the deflection in a direction at a position (m).
+
+    Directions are as in `ksmea.measurement.channel`; the shape functions are the element's own.
 
     Its transpose spreads a force at that position over the nodes consistently.
     """

@@ -1,4 +1,6 @@
-"""Bearings and seals: linear forces at a node, constant or as tables over the speed of rotation, on the ground or on a pedestal.
+"""Bearings and seals: linear forces at a node, on the ground or on a pedestal.
+
+They are constant or tables over the speed of rotation.
 
 The force on the shaft is −(K q + C q̇ + M q̈) with full 2 × 2 matrices, q the motion of the shaft against the ground or, on a pedestal,
 against the housing. K, C and M are functions of the speed of rotation Ω, a pedestal's stiffness a function of the frequency of the motion.
@@ -42,7 +44,10 @@ LARGEST = 1e30
 
 @dataclass(frozen=True)
 class SpeedTable:
-    """Rows of numbers over rising speeds (rad/s), interpolated by PCHIP through its points; the row at an end holds beyond it."""
+    """Rows of numbers over rising speeds (rad/s), interpolated by PCHIP through its points.
+
+    The row at an end holds beyond it.
+    """
 
     speed: tuple[float, ...]
     rows: tuple[tuple[float, ...], ...]  # (n_speed, n_column)
@@ -84,8 +89,11 @@ class SpeedTable:
 
 @dataclass(frozen=True)
 class Pedestal:
-    """The support of one bearing, between its housing and the ground: z = K (1 + iη sgn ω) + iωC − ω²M at a frequency ω of the motion, plus
-    the `dynamic_stiffness`, if it was measured: eight columns, Re and Im of zxx zxy zyx zyy (N/m) over the frequency (rad/s)."""
+    """The support of one bearing, between its housing and the ground.
+
+    Z = K (1 + iη sgn ω) + iωC − ω²M at a frequency ω of the motion, plus the `dynamic_stiffness`, if it was measured:
+    eight columns, Re and Im of zxx zxy zyx zyy (N/m) over the frequency (rad/s).
+    """
 
     kxx: float = 0.0
     kxy: float = 0.0
@@ -114,7 +122,10 @@ class Pedestal:
         return np.asarray(elastic + 1j * omega * damping - omega**2 * mass + measured, dtype=complex)
 
     def matrices(self, speed: float = 0.0) -> tuple[ComplexArray, Array, Array]:
-        """K (1 + iη), C and M, (2, 2) each; `dynamic_stiffness` as spring and damper at a frequency (rad/s), at 0 without damper."""
+        """K (1 + iη), C and M, (2, 2) each.
+
+        `dynamic_stiffness` as spring and damper at a frequency (rad/s), at 0 without damper.
+        """
         stiffness, damping, mass = _matrices(self)
         measured = self.measured(np.array([speed]))[..., 0]
         elastic = stiffness * complex(1, self.loss_factor) + measured.real
@@ -130,8 +141,10 @@ class Pedestal:
 
 @dataclass(frozen=True)
 class Bearing:
-    """A linear bearing or seal at a node, or off it by an `offset`. With a table, K = K₀ + factors · table, entry by entry, and C and
-    M likewise."""
+    """A linear bearing or seal at a node, or off it by an `offset`.
+
+    With a table, K = K₀ + factors · table, entry by entry, and C and M likewise.
+    """
 
     position: float  # m, of its node
     kxx: float = 0.0  # N/m
@@ -187,7 +200,10 @@ class Bearing:
         return stiffness, damping, mass
 
     def impedance(self, speed: Array, harmonic: float = 1.0) -> ComplexArray:
-        """K + iωC − ω²M of a motion at ω = hΩ, h the harmonic, at speeds (n_speed,) rad/s, (n_speed, 2, 2) N/m."""
+        """Impedance K + iωC − ω²M of a motion at ω = hΩ, (n_speed, 2, 2) N/m.
+
+        h is the harmonic, at speeds (n_speed,) rad/s.
+        """
         stiffness, damping, mass = self.matrices_at(speed)
         omega = (harmonic * np.asarray(speed))[:, None, None]
         return np.asarray(stiffness + 1j * omega * damping - omega**2 * mass, dtype=complex)
@@ -202,7 +218,7 @@ def numbers_of(bearing: Bearing | Pedestal) -> list[float]:
 
 
 def with_numbers(bearing: Bearing, own: Array, factors: Array, of_pedestal: Array) -> Bearing:
-    """The bearing with other coefficients (12,), factors of its table (12,), and coefficients of its pedestal (12,)."""
+    """Bearing with other coefficients (12,), table factors (12,) and pedestal coefficients (12,)."""
     changed = with_coefficients(bearing, own)
     if bearing.table is not None:
         changed = dataclasses.replace(changed, factors=tuple(map(float, factors)))
@@ -249,7 +265,7 @@ def _require_numbers(bearing: Bearing | Pedestal, what: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """The supports of all bearings, which are alike, or the one that is common to them, for n parameter sets."""
+    """Supports of all bearings, which are alike, or their common support, for n parameter sets."""
 
     spring: Array  # (2 axes, n) m/N, compliance
     mass: Array  # (n,) kg
@@ -264,7 +280,10 @@ class Support:
 
 
 def in_series(impedance: ComplexArray, compliance: ComplexArray) -> ComplexArray:
-    """(1 + z a)⁻¹ z of 2 × 2 impedances (n_bearing, 2, 2, n, n_frequency) and compliances (2, n, n_frequency)."""
+    """Impedance (1 + z a)⁻¹ z of 2 × 2 impedances and compliances in series.
+
+    Impedances are (n_bearing, 2, 2, n, n_frequency), compliances (2, n, n_frequency).
+    """
     (xx, xy), (yx, yy) = np.moveaxis(impedance, 0, 2)
     a_x, a_y = compliance[:, None]
     own_x, own_y = 1 + xx * a_x, 1 + yy * a_y
@@ -278,7 +297,7 @@ def in_series(impedance: ComplexArray, compliance: ComplexArray) -> ComplexArray
 
 
 def in_series_with(supports: Sequence[Support], impedance: ComplexArray, frequency: Array) -> ComplexArray:
-    """Impedances of bearings (n_bearing, 2, 2, n, n_frequency) on those supports that each bearing has for itself."""
+    """Impedances of bearings (n_bearing, 2, 2, n, n_frequency) on supports of their own."""
     for support in supports:
         if not support.is_common:
             impedance = in_series(impedance, support.compliance(frequency))
@@ -286,8 +305,10 @@ def in_series_with(supports: Sequence[Support], impedance: ComplexArray, frequen
 
 
 def ports_on(supports: Sequence[Support], impedance: ComplexArray, frequency: Array) -> ComplexArray:
-    """Impedances (n_port, n_port, n, n_frequency) from the motion of any port to the force on any other, of bearings
-    (n_bearing, 2, 2, n, n_frequency) on all supports."""
+    """Impedances (n_port, n_port, n, n_frequency) from the motion of any port to the force on any other.
+
+    They are of bearings (n_bearing, 2, 2, n, n_frequency) on all supports.
+    """
     impedance = in_series_with(supports, impedance, frequency)
     n_port, shape = 2 * len(impedance), impedance.shape[-2:]
     common = np.zeros((2, *shape), dtype=complex)
@@ -298,8 +319,11 @@ def ports_on(supports: Sequence[Support], impedance: ComplexArray, frequency: Ar
 
 
 def on_common(impedance: ComplexArray, compliance: ComplexArray) -> ComplexArray:
-    """Impedances of bearings (n_bearing, 2, 2, n, n_frequency) that stand together on a compliance (2, n, n_frequency), from the
-    motion of one bearing (second n_bearing) to the force on another: (n_bearing, 2, n_bearing, 2, n, n_frequency) N/m."""
+    """Impedances of bearings that stand together on a compliance (2, n, n_frequency).
+
+    They are (n_bearing, 2, 2, n, n_frequency) alone; together, from the motion of one bearing (second n_bearing) to the
+    force on another, (n_bearing, 2, n_bearing, 2, n, n_frequency) N/m.
+    """
     unit = np.eye(2)[..., None, None]
     carried = inverse(unit + compliance[:, None] * impedance.sum(axis=0))
     moved = [product(carried, compliance[:, None] * each) for each in impedance]  # v per motion of each bearing

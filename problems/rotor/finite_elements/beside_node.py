@@ -1,4 +1,6 @@
-"""Bearings, seals and disks that sit off the nodes of the mesh: the shaft's own motion there, by the shapes of its elements.
+"""Bearings, seals and disks that sit off the nodes of the mesh.
+
+The shaft's own motion there, by the shapes of its elements.
 
 A number of the rotor that moves them along the shaft (`problems/rotor/inputs`) leaves the mesh as it is, so that a response is a smooth
 function of it. Beyond the ends of the shaft they are on a rigid extension of it.
@@ -18,7 +20,10 @@ from problems.rotor.finite_elements.segments import Disk
 
 
 def motion_rows(rotor: Rotor, position: float) -> tuple[Indices, Array]:
-    """Degrees of freedom (8,) that move the shaft at a position (m), and rows (4, 8) that read x, y, φ_x, φ_y there."""
+    """Degrees of freedom (8,) that move the shaft at a position (m), and rows (4, 8) that read it.
+
+    The rows read x, y, φ_x and φ_y there.
+    """
     inside = float(np.clip(position, 0.0, rotor.length))
     index, fraction = locate(rotor, inside)
     element = element_at(rotor, index)

@@ -47,7 +47,10 @@ class HousingProbe:
 
 @dataclass(frozen=True)
 class Hub:
-    """A hub that stiffens the shaft beneath it in bending, EI (1 + `stiffening`), over a width about a position."""
+    """Hub that stiffens the shaft beneath it in bending, EI (1 + `stiffening`).
+
+    It has a width about a position.
+    """
 
     position: float  # m
     width: float  # m
@@ -112,7 +115,10 @@ class Rotor:
         return (*self.bearings, *self.seals)
 
     def housing_of(self, channel: Channel) -> int | None:
-        """The bearing, by its index in `supported`, whose housing carries a probe; None: it is fixed to the ground."""
+        """The bearing, by its index in `supported`, whose housing carries a probe.
+
+        None: it is fixed to the ground.
+        """
         for probe in self.housing_probes:
             is_there = abs(channel.position - probe.position) <= SAME_PLACE * self.length
             if is_there and probe.direction in (None, channel.direction):
@@ -120,7 +126,10 @@ class Rotor:
         return None
 
     def tables_beyond(self, speed: Array) -> tuple[str, ...]:
-        """Which tables of bearings, seals and supports do not reach all of these speeds (n,) rad/s, a sentence for each range."""
+        """Sentences on tables of bearings, seals and supports that do not reach all of these speeds.
+
+        Speeds are (n,) rad/s; there is a sentence for each range.
+        """
         names = [f"{thing} {number}" for thing, number in self._numbered]
         tables = [(name, bearing.table) for name, bearing in zip(names, self.supported)]
         pedestals = ((name, bearing.pedestal) for name, bearing in zip(names, self.supported))

@@ -18,15 +18,19 @@ from problems.rotor.finite_elements.data import Rotor
 
 
 def unit_loads(rotor: Rotor, loads: Sequence[Load], n_speed: int) -> ComplexArray:
-    """The nodal forces of unit loads, the same at each speed, (n_speed, n_dof, n_load). A force may act anywhere on the
-    shaft, a moment at nodes."""
+    """The nodal forces of unit loads, the same at each speed, (n_speed, n_dof, n_load).
+
+    A force may act anywhere on the shaft, a moment at nodes.
+    """
     columns = np.stack([_nodal_load(rotor, load) for load in loads], axis=1)
     return np.broadcast_to(columns.astype(complex), (n_speed, *columns.shape))
 
 
 def forward_load(rotor: Rotor, position: float, quantity: str, n_speed: int) -> ComplexArray:
-    """The nodal forces of a unit force or moment that turns forward with the shaft, (1, −i) in or about (x, y), at a position (m);
-    the same at each speed, (n_speed, n_dof, 1)."""
+    """Nodal forces of a unit force or moment that turns forward with the shaft, (1, −i) in x and y.
+
+    It acts at a position (m); the forces are equal at each speed, (n_speed, n_dof, 1).
+    """
     units = unit_loads(rotor, [Load(position, axis, quantity) for axis in DIRECTIONS], n_speed)
     return units @ np.array([[1], [-1j]])
 
@@ -42,7 +46,10 @@ def _nodal_load(rotor: Rotor, load: Load) -> Array:
 
 
 def force_per_unbalance(rotor: Rotor, speed: Array) -> ComplexArray:
-    """Nodal forces of a unit unbalance (1 kg m at angle 0) in each plane, (n_speed, n_dof, n_plane), N per kg m."""
+    """Nodal forces of a unit unbalance in each plane, (n_speed, n_dof, n_plane), N per kg m.
+
+    The unbalance is 1 kg m at angle 0.
+    """
     direction = np.stack(
         [
             displacement_row(rotor, plane.position, "x") - 1j * displacement_row(rotor, plane.position, "y")

@@ -1,4 +1,7 @@
-"""Mesh of a shaft: elements, nodes at given positions, location on the mesh; disks as rings of known mass and size."""
+"""Mesh of a shaft: elements, nodes at given positions, location on the mesh.
+
+Disks as rings of known mass and size.
+"""
 
 from __future__ import annotations
 
@@ -111,7 +114,10 @@ def share_elements(n_element: int, lengths: Sequence[float]) -> tuple[int, ...]:
 def uniform_shaft(
     length: float, marks: Iterable[float], n_element: int, *, radius: float, material: Material
 ) -> tuple[ShaftSegment, ...]:
-    """Segments of a shaft (m) that end at each mark, so that the mesh has a node there; elements shared by length."""
+    """Segments of a shaft (m) that end at each mark, so that the mesh has a node there.
+
+    Elements shared by length.
+    """
     ends = sorted({0.0, length, *marks})
     lengths = [float(piece) for piece in np.diff(ends)]
     counts = share_elements(n_element, lengths)

@@ -1,4 +1,6 @@
-"""Shaft elements of any circular section: cones, layers, and diameters that differ for mass and for stiffness.
+"""Shaft elements of any circular section.
+
+Cones, layers, and diameters that differ for mass and for stiffness.
 
 Each ring of an element has shape functions of its own, of a beam loaded at its nodes. With the left end held, the end load (P, M) bends
 a section at s by ψ′ = (P (l − s) + M)/EI and shears it by P/(κGA), so that stiffness, deflection w and rotation ψ follow from integrals
@@ -27,8 +29,10 @@ Ends = tuple[float, float]  # at the left and at the right end of an element
 
 
 def cowper(poisson_ratio: float, ratio_squared: Array | float) -> Array | float:
-    """Cowper's shear coefficient κ of a solid or hollow circular section, J. Appl. Mech. 33 (1966) 335–340,
-    doi 10.1115/1.3625046: 6(1 + ν)(1 + m²)² / ((7 + 6ν)(1 + m²)² + (20 + 12ν)m²) with m = r_i/r_o."""
+    """Cowper's shear coefficient κ of a solid or hollow circular section, J. Appl. Mech.
+
+    33 (1966) 335–340, doi 10.1115/1.3625046: 6(1 + ν)(1 + m²)² / ((7 + 6ν)(1 + m²)² + (20 + 12ν)m²) with m = r_i/r_o.
+    """
     nu, m2 = poisson_ratio, ratio_squared
     return 6 * (1 + nu) * (1 + m2) ** 2 / ((7 + 6 * nu) * (1 + m2) ** 2 + (20 + 12 * nu) * m2)
 
@@ -74,7 +78,10 @@ class Ring:
         return 1 / (self.material.young_modulus * second_moment * stiffer), shear
 
     def end_motion(self, fraction: float) -> Array:
-        """Deflection, rotation and slope at a fraction of the length per force and moment at the right end, left end held, (3, 2)."""
+        """Deflection, rotation and slope at a fraction of the length per load at the right end, (3, 2).
+
+        Loads are a force and a moment; the left end is held.
+        """
         points, weights = self.points(fraction)
         bent, sheared = self.flexibilities(points)
         step, arm = self.length * weights, self.length * (1 - points)
@@ -95,7 +102,10 @@ class Ring:
         return np.asarray(np.linalg.solve(self.flexibility, right_end(self.length)))
 
     def shapes(self, fraction: float) -> Array:
-        """Deflection, rotation and slope at a fraction of the length per degree of freedom of a bending plane, (3, 4)."""
+        """Deflection, rotation and slope at a fraction of the length per degree of freedom, (3, 4).
+
+        The degrees of freedom are of one bending plane.
+        """
         rigid = np.array([[1, self.length * fraction, 0, 0], [0, 1, 0, 0], [0, 1, 0, 0]])
         return np.asarray(rigid + self.end_motion(fraction) @ self._end_loads)
 
@@ -123,7 +133,10 @@ class Ring:
 
 
 def right_end(length: float) -> Array:
-    """Deflection and rotation of the right end of an element as seen from the left one, (2, 4), in one bending plane."""
+    """Deflection and rotation of the right end of an element as seen from the left one, (2, 4).
+
+    They are in one bending plane.
+    """
     return np.array([[-1, -length, 1, 0], [0, -1, 0, 1]])
 
 

@@ -1,5 +1,7 @@
-"""Segments of a shaft, their materials, and what sits on it: cylinders and cones with layers, couplings in line, disks and lumped
-masses; SI."""
+"""Segments of a shaft, their materials, and what sits on it.
+
+Cylinders and cones with layers, couplings in line, disks and lumped masses; SI.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +67,10 @@ class Layer:
 
 @dataclass(frozen=True)
 class ShaftSegment:
-    """A length of shaft of circular section, cut into equal elements: a cylinder or cone, with or without layers around it."""
+    """A length of shaft of circular section, cut into equal elements.
+
+    A cylinder or cone, with or without layers around it.
+    """
 
     length: float  # m
     outer_radius: float  # m
@@ -146,8 +151,11 @@ def _volume(ring: ShaftSegment | Layer) -> float:
 
 @dataclass(frozen=True)
 class CouplingSegment:
-    """A coupling in line: springs and dampers between the two nodes at its ends, in deflection and in rotation each by itself, and lumped
-    masses and inertias at the ends. Pairs are (x, y) or (left, right)."""
+    """Coupling in line: springs and dampers between the two nodes at its ends, and lumped inertias.
+
+    Deflection and rotation each have their own; masses and inertias are lumped at the ends. Pairs are (x, y) or (left,
+    right).
+    """
 
     length: float  # m
     stiffness: tuple[float, float]  # N/m
@@ -205,8 +213,10 @@ class RingSize:
 
 @dataclass(frozen=True)
 class Disk:
-    """A rigid disk fixed to a node of the shaft, or a lumped mass, which may have inertias alone. With an `offset` it sits off its
-    node, and moves as the shaft there."""
+    """A rigid disk fixed to a node of the shaft, or a lumped mass, which may have inertias alone.
+
+    With an `offset` it sits off its node, and moves as the shaft there.
+    """
 
     position: float  # m, of its node
     mass: float  # kg
@@ -230,8 +240,9 @@ class Disk:
     def from_geometry(
         cls, position: float, *, outer_radius: float, inner_radius: float, thickness: float, density: float
     ) -> Disk:
-        """A homogeneous ring, lengths in m and density in kg/m³:
-        m = ρπ(r_o² − r_i²)h, I_p = m(r_o² + r_i²)/2, I_d = m(3r_o² + 3r_i² + h²)/12.
+        """A homogeneous ring, lengths in m and density in kg/m³.
+
+        M = ρπ(r_o² − r_i²)h, I_p = m(r_o² + r_i²)/2, I_d = m(3r_o² + 3r_i² + h²)/12.
 
         >>> round(Disk.from_geometry(0.2, outer_radius=0.12, inner_radius=0.05, thickness=0.05, density=7800).mass, 3)
         14.58

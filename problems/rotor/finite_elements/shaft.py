@@ -1,4 +1,6 @@
-"""The Timoshenko shaft element: bending, shear, rotary inertia and gyroscopic effect of a circular shaft.
+"""The Timoshenko shaft element.
+
+Bending, shear, rotary inertia and gyroscopic effect of a circular shaft.
 
 H. D. Nelson, "A finite rotating shaft element using Timoshenko beam theory", J. Mech. Design 102 (1980) 793–803,
 doi 10.1115/1.3254824. Each bending plane has the degrees of freedom (w₁, ψ₁, w₂, ψ₂) with ψ the rotation of the
@@ -65,8 +67,10 @@ def shear_parameter(element: Element) -> float:
 
 
 def deflection_shapes(length: float, phi: float, fraction: Array | float) -> Array:
-    """Deflection w at fractions ξ (…) of an element's length (m) per degree of freedom of one bending plane, (…, 4), m per m and
-    per rad, with its shear parameter Φ."""
+    """Deflection w at fractions ξ (…) of an element's length (m) per degree of freedom, (…, 4).
+
+    The degrees of freedom are of one bending plane, m per m and per rad, with its shear parameter Φ.
+    """
     xi = np.asarray(fraction)
     return np.stack(
         [
@@ -156,7 +160,10 @@ def _coupling_matrices(coupling: CouplingSegment) -> ElementMatrices:
 
 
 def segment_damping(element: Element) -> Array:
-    """Damping of an element on the ground, (8, 8) N s/m: of a coupling, or in proportion to the mass and stiffness of a shaft."""
+    """Damping of an element on the ground, (8, 8) N s/m.
+
+    It is of a coupling, or in proportion to the mass and stiffness of a shaft.
+    """
     if isinstance(element.segment, CouplingSegment):
         dampers = np.diag([*element.segment.damping, *element.segment.angular_damping])
         return np.asarray(np.kron(BETWEEN_ENDS, dampers))
@@ -189,7 +196,10 @@ def segment_tension(element: Element) -> Array:
 
 
 def drag(element: Element) -> Array:
-    """Damping per N s/m² of what surrounds the shaft and stands still, (8, 8) m: the force −c ẇ on each length."""
+    """Damping per N s/m² of what surrounds the shaft and stands still, (8, 8) m.
+
+    The force −c ẇ on each length.
+    """
     if isinstance(element.segment, CouplingSegment):
         return np.zeros((8, 8))
     if not is_cylinder(element):
@@ -198,7 +208,10 @@ def drag(element: Element) -> Array:
 
 
 def geometric_stiffness(element: Element) -> Array:
-    """Stiffness per N of tension, (8, 8) 1/m: an axial force does the work ½ N ∫ (dw/dz)² dz (Nelson 1980)."""
+    """Stiffness per N of tension, (8, 8) 1/m.
+
+    An axial force does the work ½ N ∫ (dw/dz)² dz (Nelson 1980).
+    """
     if isinstance(element.segment, CouplingSegment):
         return np.zeros((8, 8))
     if not is_cylinder(element):
@@ -245,8 +258,10 @@ def stiffness_under_hubs(element: Element) -> Array:
 
 
 def flexibility_under_hubs(element: Element) -> Array:
-    """Motion of the right end per force and moment there, (2, 2), the sum over an element's parts: with its left end held and P, M
-    at its right one, the bending moment is P a + M at a distance a from there."""
+    """Motion of the right end per force and moment there, (2, 2), the sum over an element's parts.
+
+    With its left end held and P, M at its right one, the bending moment is P a + M at a distance a from there.
+    """
     if not is_cylinder(element):
         stiffnesses = (np.linalg.inv(ring.flexibility) for ring in rings(element) if ring.has_stiffness)
         return np.asarray(np.linalg.inv(sum(stiffnesses)))
@@ -261,7 +276,10 @@ def flexibility_under_hubs(element: Element) -> Array:
 
 
 def displacement_row(element: Element, fraction: float, direction: str) -> Array:
-    """The row (8,) that reads the deflection in a direction at a fraction of the element from its degrees of freedom."""
+    """Row (8,) that reads the deflection in a direction at a fraction of the element.
+
+    It applies to the degrees of freedom of the element.
+    """
     if is_cylinder(element):
         return _deflection_row(element.length, shear_parameter(element), fraction, direction)
     along_x, along_y = cosines(direction)

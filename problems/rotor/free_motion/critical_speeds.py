@@ -28,7 +28,7 @@ TOLERANCE = 1e-11  # relative, of eigenvalues and speeds
 
 
 def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
-    """Speeds up to `highest` (rad/s) at which a damped natural frequency equals the spin speed, rising, rad/s.
+    """Rising speeds up to `highest` (rad/s) at which a damped natural frequency equals the spin speed.
 
     The Campbell diagram is scanned at `n_scan` speeds; a frequency that crosses twice between two scanned speeds is
     missed, so raise `n_scan` if two criticals of one curve lie close.
@@ -46,8 +46,10 @@ def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
 
 
 def _with_changing_bearings(rotor: Rotor, scanned: Array) -> Array:
-    """Critical speeds of a rotor whose bearings change with speed or stand on pedestals: scanned in the space of its lowest
-    modes, each crossing corrected with the whole rotor at its own speed."""
+    """Critical speeds of a rotor whose bearings change with speed or stand on pedestals.
+
+    Scanned in the space of its lowest modes, each crossing corrected with the whole rotor at its own speed.
+    """
     low = free_motion_of(rotor, float(scanned[-1]))
     found = _crossings(lambda speed: low.frequencies(np.array([speed]))[0], scanned)
 
@@ -71,7 +73,10 @@ def _pair_near(matrices: Matrices, speed: float) -> Eigenpair:
 
 
 def _crossings(frequencies: Callable[[float], Array], scanned: Array) -> Array:
-    """Rising spin speeds (rad/s) equal to a natural frequency, from all frequencies (n,) rad/s at each speed."""
+    """Rising spin speeds (rad/s) equal to a natural frequency.
+
+    All frequencies (n,) rad/s are given at each speed.
+    """
     table = np.array([frequencies(speed) - speed for speed in scanned])  # (n_scan, n)
     intervals, curves = np.nonzero(np.sign(table[:-1]) * np.sign(table[1:]) < 0)
     crossings = []
@@ -86,8 +91,10 @@ def _crossings(frequencies: Callable[[float], Array], scanned: Array) -> Array:
 
 
 def _lowest_modes(matrices: Matrices, highest: float) -> tuple[Matrices, Array]:
-    """The rotor in the space of its undamped modes up to a frequency (rad/s) and of its deflections under forces where
-    dampers act; and the basis of that space, (n_dof, n_low)."""
+    """Rotor in the space of its lowest undamped modes and of deflections under damper forces.
+
+    The modes go up to a frequency (rad/s); the basis of that space is (n_dof, n_low).
+    """
     symmetric = (matrices.stiffness + matrices.stiffness.T) / 2
     squared, shapes = scipy.linalg.eigh(symmetric, matrices.mass)
     n_mode = max(MIN_MODES, int(np.count_nonzero(squared <= highest**2)))
@@ -137,7 +144,10 @@ def _crossing(matrices_at: Callable[[float], Matrices], pair: Eigenpair | None, 
 
 
 def _eigenpair(matrices: Matrices, speed: float, start: Eigenpair) -> Eigenpair | None:
-    """The solution of (λ² M + λ D + K) q = 0 nearest to a start, by Newton's method with q scaled to sᴴ q = 1, s the start."""
+    """Solution of (λ² M + λ D + K) q = 0 nearest to a start, by Newton's method.
+
+    q is scaled to sᴴ q = 1, s the start.
+    """
     damping = matrices.damping + speed * matrices.gyroscopic
     stiffness = matrices.stiffness + speed * matrices.circulatory
     scale = 1 / np.linalg.norm(stiffness, 2)

@@ -84,7 +84,10 @@ class FreeMotion(FreeRotor):
         return Held(speed, *self.bearings_at(speed), self.supports, self.pedestals)
 
     def is_passive(self, speed: Array) -> bool:
-        """Whether nothing can feed a free motion at these spin speeds, as far as that is known without eigenvalues."""
+        """Whether nothing can feed a free vibration at these spin speeds.
+
+        It is decided without eigenvalues, as far as that is possible.
+        """
         spring, damper, inertia = self.bearings_at(speed)
         parts = [matrices_at(speed) for _, matrices_at in self.attached]
         masses, dampers, springs = ([part[index] for part in parts] for index in range(3))
@@ -138,8 +141,10 @@ class FreeMotion(FreeRotor):
         return undamped_critical_speeds(self.rotor, stiffness, self._free)
 
     def critical_speeds(self, highest: float, n_scan: int = 64) -> Array:
-        """Speeds up to `highest` (rad/s) at which a damped natural frequency equals the spin speed, rising. A frequency that crosses
-        twice between two scanned speeds is missed."""
+        """Speeds up to `highest` (rad/s) at which a damped natural frequency equals the spin speed, rising.
+
+        A frequency that crosses twice between two scanned speeds is missed.
+        """
         scanned = np.linspace(0.0, highest, n_scan + 1)[1:]
         is_above = self.frequencies(scanned) >= scanned[:, None]
 
@@ -151,7 +156,10 @@ class FreeMotion(FreeRotor):
         return np.sort(np.array(found))
 
     def natural_modes(self, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
-        """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all that are true."""
+        """Oscillating modes at a spin speed (rad/s) by rising frequency.
+
+        They are the first `n_mode` or all true ones.
+        """
         basis = self.low_at(np.array([speed])).basis
         [(values, coordinates)] = self._eigenpairs(np.array([speed]), 1.0)
         oscillating = np.flatnonzero(_oscillates(values))
@@ -159,7 +167,10 @@ class FreeMotion(FreeRotor):
         return tuple(mode_of(complex(values[each]), basis @ coordinates[:, each]) for each in order)
 
     def campbell(self, speed: Array, n_mode: int) -> Campbell:
-        """Natural frequencies and damping ratios of the first `n_mode` modes over spin speeds (n_speed,) rad/s."""
+        """Natural frequencies and damping ratios of the first `n_mode` modes over spin speeds.
+
+        Spin speeds are (n_speed,) rad/s.
+        """
         frequency, damping_ratio = np.full((2, len(speed), n_mode), np.nan)
         for index, motions in enumerate(self.motions(speed)):
             lowest = motions.eigenvalue[:n_mode]
@@ -181,8 +192,11 @@ class FreeMotion(FreeRotor):
         return [(each, shapes[:n_low]) for each, shapes in zip(values.astype(complex), vectors.astype(complex))]
 
     def _pencils(self, speed: Array, damping: float) -> Array | list[Pencil]:
-        """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground; on supports two matrices for each speed. `damping` is the
-        part of all damping, and of the part of stiffness that is not symmetric."""
+        """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground.
+
+        A rotor on supports has two matrices for each speed. `damping` is the part of all damping, and of the part of
+        stiffness that is not symmetric.
+        """
         low, held = self.low_at(speed), self.held_at(speed)
         if damping == 1.0:
             return pencils_of(low, held)
@@ -229,8 +243,10 @@ def _motions(speed: float, eigenvalue: ComplexArray, coordinates: ComplexArray, 
 
 
 def _as_circles(pair: ComplexArray) -> ComplexArray:
-    """Two shapes (2, n_place, 2) of one frequency as those two of their sums that whirl forward and backward most: on isotropic
-    bearings every sum of a forward and a backward motion of the same frequency is a motion too."""
+    """Two shapes (2, n_place, 2) of one frequency as the two sums that whirl forward and backward most.
+
+    On isotropic bearings every sum of a forward and a backward motion of equal frequency is a motion too.
+    """
     flat = pair.reshape(2, -1)
     power = flat.conj() @ flat.T
     x, y = np.moveaxis(pair, -1, 0)

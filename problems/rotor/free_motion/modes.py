@@ -29,7 +29,10 @@ OVERDAMPED = (
 
 
 def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
-    """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all. Shapes cover the shaft only."""
+    """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all.
+
+    Shapes cover the shaft only.
+    """
     matrices = assemble(rotor, speed)
     eigenvalues, vectors = eigenpairs(matrices, speed)
     oscillating = np.flatnonzero(eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues))
@@ -39,7 +42,10 @@ def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tupl
 
 
 def eigenpairs(matrices: Matrices, speed: float) -> tuple[ComplexArray, ComplexArray]:
-    """λ (n,) and shapes (2 n_dof, n) at a spin speed (rad/s); housings without mass have infinite ones, which are left out."""
+    """λ (n,) and shapes (2 n_dof, n) at a spin speed (rad/s).
+
+    Housings without mass have infinite ones, which are left out.
+    """
     if has_mass(matrices):
         eigenvalues, vectors = map(np.asarray, scipy.linalg.eig(state_matrix(matrices, speed)))
         return eigenvalues, vectors
@@ -62,7 +68,9 @@ def has_mass(matrices: Matrices) -> bool:
 
 
 def natural_frequencies(matrices: Matrices, speed: float) -> Array:
-    """Damped frequencies at a spin speed, (n_dof,) rad/s, rising; an overdamped pair counts as two at zero speed.
+    """Damped frequencies at a spin speed, (n_dof,) rad/s, rising.
+
+    An overdamped pair counts as two at zero speed.
 
     Each entry is a continuous function of speed, because the pairs never leave the count.
     """
@@ -75,7 +83,10 @@ def natural_frequencies(matrices: Matrices, speed: float) -> Array:
 
 
 def campbell_diagram(rotor: Rotor, speed: Array, n_mode: int) -> Campbell:
-    """Natural frequencies and damping ratios of the first `n_mode` modes over spin speeds (n_speed,) rad/s."""
+    """Natural frequencies and damping ratios of the first `n_mode` modes over spin speeds.
+
+    Spin speeds are (n_speed,) rad/s.
+    """
     frequency, damping_ratio = np.full((2, len(speed), n_mode), np.nan)
     for index, spin in enumerate(speed):
         eigenvalues, _ = eigenpairs(assemble(rotor, float(spin)), float(spin))
@@ -111,8 +122,10 @@ FORWARD = np.array([[1, 0], [-1j, 0], [0, 1j], [0, 1]])  # (x, y, φ_x, φ_y) of
 
 
 def undamped_critical_speeds(rotor: Rotor, stiffness: float, free: Matrices | None = None) -> tuple[Array, Array]:
-    """Forward and backward critical speeds (rad/s), each rising, with a stiffness (N/m) at every bearing's place; `free` are the
-    matrices without bearings where they are known."""
+    """Forward and backward critical speeds (rad/s), each rising, with equal bearing stiffness (N/m).
+
+    It is at every bearing's place; `free` are the matrices without bearings if they are known.
+    """
     free = free or assemble_free(rotor)
     held = (free.stiffness + free.stiffness.T) / 2
     for bearing in rotor.bearings:

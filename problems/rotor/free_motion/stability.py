@@ -87,8 +87,11 @@ class LowModes:
 
 @lru_cache(maxsize=64)
 def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = (), least: int = MIN_MODES) -> LowModes:
-    """The rotor on springs about as stiff as its bearings: modes up to `REACH` times a speed (rad/s), `least` or more, and its
-    deflections under forces at the bearings and at further positions (m)."""
+    """The rotor on springs about as stiff as its bearings.
+
+    Modes up to `REACH` times a speed (rad/s), `least` or more, and its deflections under forces at the bearings and at
+    further positions (m).
+    """
     free = assemble_free(rotor).below_spin()
     dof = ports_of(rotor, rotor.supported)
     stiffness = free.stiffness.copy()
@@ -112,7 +115,10 @@ def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = (), l
 
 
 def nominal_springs(bearings: Sequence[Bearing]) -> Array:
-    """Springs at the ports about as stiff as the bearings, at the first speed of their tables, (n_port,) N/m."""
+    """Springs at the ports about as stiff as the bearings, (n_port,) N/m.
+
+    They are taken at the first speed of their tables.
+    """
     if not bearings:
         return np.zeros(0)
     springs = np.abs(np.concatenate([np.diag(_first_stiffness(bearing)) for bearing in bearings]))
@@ -130,14 +136,20 @@ def ports_of(rotor: Rotor, bearings: Sequence[Bearing]) -> Indices:
 
 
 def searched_speed(own: Array, asked: Array) -> float:
-    """The speed (rad/s) that the modes must suit: the same for all that is asked of a problem a little above its own."""
+    """The speed (rad/s) that the modes must suit.
+
+    It is common to all requests to a problem a little above its own.
+    """
     return float(max(HEADROOM * np.max(own), np.max(asked)))
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """Supports of a rotor at n_speed spin speeds: matrices of bearings and seals (n_speed, n_supported, 2, 2) N/m, N s/m, kg, the supports of
-    effects for one parameter set, from the bearing to the ground, and the pedestals of bearings by their index."""
+    """Supports of a rotor at n_speed spin speeds.
+
+    Matrices of bearings and seals (n_speed, n_supported, 2, 2) N/m, N s/m, kg, the supports of effects for one
+    parameter set, from the bearing to the ground, and the pedestals of bearings by their index.
+    """
 
     speed: Array
     stiffness: Array
@@ -179,8 +191,10 @@ def _less_damped(pedestal: Pedestal, part: float) -> Pedestal:
 
 
 def growth_rate(low: LowModes, held: Held) -> Array:
-    """The largest real part of any eigenvalue of these modes, (n_speed,) 1/s, at each spin speed; 0 where a motion neither grows nor
-    decays."""
+    """The largest real part of any eigenvalue of these modes, (n_speed,) 1/s, at each spin speed.
+
+    It is 0 if a motion neither grows nor decays.
+    """
     pencils = pencils_of(low, held)
     if not isinstance(pencils, list):
         return _largest(np.linalg.eigvals(pencils).astype(complex), low.highest)
@@ -189,7 +203,10 @@ def growth_rate(low: LowModes, held: Held) -> Array:
 
 
 def pencils_of(low: LowModes, held: Held) -> Array | list[Pencil]:
-    """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground; on supports two matrices for each speed."""
+    """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground.
+
+    A rotor on supports has two matrices for each speed.
+    """
     own, spin = low.matrices, held.speed[:, None, None]
     stiffness, damping = own.stiffness + spin * own.circulatory, own.damping + spin * own.gyroscopic
     springs, dampers, masses = held.at_ports()
@@ -203,8 +220,11 @@ def pencils_of(low: LowModes, held: Held) -> Array | list[Pencil]:
 
 
 def _pencil_on_supports(low: LowModes, speed: float, matrices: Sequence[Array], held: Held) -> Pencil:
-    """A and B (2n, 2n) of A z = λ B z with z = (q, e, v, λq, λe, λv) at one spin speed; time in units of the highest frequency. The
-    matrices are stiffness and damping (n_low, n_low) of the rotor, then K, C, M (n_port, n_port) of its bearings."""
+    """A and B (2n, 2n) of A z = λ B z with z = (q, e, v, λq, λe, λv) at one spin speed.
+
+    Time in units of the highest frequency. The matrices are stiffness and damping (n_low, n_low) of the rotor, then K,
+    C, M (n_port, n_port) of its bearings.
+    """
     stiffness, damping, *of_bearings = matrices
     n_port = len(low.ports)
     supports, unit = held.supports, low.highest**2  # the rows of rotor and housings in terms of it
@@ -240,7 +260,7 @@ def finite_eigenvalues(numerator: ComplexArray, denominator: ComplexArray) -> Co
 
 
 def _largest(eigenvalues: ComplexArray, highest: float) -> Array:
-    """The largest real part of eigenvalues (…, n) of motions that whirl with ω ≥ 0, or hardly whirl at all."""
+    """Largest real part of eigenvalues (…, n) of motions that whirl with ω ≥ 0, or hardly at all."""
     real, size = eigenvalues.real, np.abs(eigenvalues)
     real = np.where(np.abs(real) > NEITHER * size, real, 0.0)
     is_motion = (eigenvalues.imag > -np.abs(real)) & (size > SLOWEST * highest)
@@ -270,8 +290,10 @@ def is_passive(
     masses: Iterable[Array],
     supports: Sequence[Support] = (),
 ) -> bool:
-    """Whether nothing of a rotor can feed a free motion at any of the speeds at which its springs N/m, dampers N s/m and masses kg are
-    given, (…, 2, 2) each; its own bearings are not looked at."""
+    """Whether nothing of a rotor can feed a free vibration at any of the speeds.
+
+    Springs N/m, dampers N s/m and masses kg are given at these, (…, 2, 2) each; its own bearings are not considered.
+    """
     shaft = [segment for segment in rotor.segments if isinstance(segment, ShaftSegment)]
     shaft_takes_energy = (
         rotor.internal_damping == 0

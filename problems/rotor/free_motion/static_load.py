@@ -1,4 +1,4 @@
-"""Static loads of a rotor: the share of its weight on each bearing, and the buckling compression of its shaft.
+"""Static loads of a rotor: share of its weight on each bearing, and buckling compression of its shaft.
 
 A shaft that is pinned at its bearings buckles at the compression N at which K φ = N K_g φ has a solution. For a uniform beam on two
 pins it is Euler's load π²EI/L², lowered by shear to 1/(L²/(π²EI) + 1/(κGA)) (F. Engesser; S. P. Timoshenko & J. M. Gere, Theory of
@@ -24,7 +24,9 @@ GRAVITY = 9.80665  # m/s², standard
 
 
 def weight_shares(rotor: Rotor) -> Array:
-    """The static load of each bearing, (n_bearing,) N, upwards positive, of a rotor that lies level on two bearings or more.
+    """Static load of each bearing, (n_bearing,) N, upwards positive.
+
+    The rotor lies level on two bearings or more.
 
     Two bearings share it by levers alone. More share it as the shaft bends on springs as stiff as the bearings, all at one height.
     """
@@ -33,7 +35,10 @@ def weight_shares(rotor: Rotor) -> Array:
 
 
 def static_sag(rotor: Rotor) -> Array:
-    """How far the shaft hangs below the line through its outer bearings under its weight, (n_node,) m, downwards positive."""
+    """Sag of the shaft below the line through its outer bearings under its weight, (n_node,) m.
+
+    It is positive downwards.
+    """
     _, _, deflection = _under_weight(rotor)
     down, nodes = -deflection[1::DOF_PER_NODE], rotor.node_positions
     held = np.unique([rotor.node_at(bearing.position, "bearing") for bearing in rotor.bearings])[[0, -1]]
@@ -42,7 +47,10 @@ def static_sag(rotor: Rotor) -> Array:
 
 
 def _under_weight(rotor: Rotor) -> tuple[Indices, Array, Array]:
-    """Ports of the bearings, their springs N/m, and the deflection (n_dof,) m of a shaft that lies level on them."""
+    """Ports of the bearings, their springs N/m, and the deflection (n_dof,) m of the shaft.
+
+    The shaft lies level on them.
+    """
     free = assemble_free(rotor)
     ports, springs = ports_of(rotor, rotor.bearings), nominal_springs(rotor.bearings)
     stiffness = free.stiffness.copy()

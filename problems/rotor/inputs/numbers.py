@@ -1,4 +1,6 @@
-"""Numbers of a rotor and of its probes as unknowns: Young's modulus of a material, the mass of a disk, the position of a probe.
+"""Numbers of a rotor and of its probes as unknowns.
+
+Young's modulus of a material, the mass of a disk, the position of a probe.
 
 Each is a `Parameter` with what it sets. With a prior it is known to a tolerance (`problems/rotor/inputs/uncertain.py`); with limits
 alone it is unknown. `RotorNumbers` are the hooks by which a rotor has them in addition to its effects.
@@ -27,8 +29,10 @@ READINGS = ("position", "direction", "gain")
 
 @dataclass(frozen=True)
 class RotorNumber:
-    """A number of the rotor, its value in the rotor file (SI) and its places. `is_linear`: the matrices of the rotor are linear in it,
-    whatever other numbers that are linear are."""
+    """A number of the rotor, its value in the rotor file (SI) and its places.
+
+    `is_linear`: the matrices of the rotor are linear in it, whatever other numbers that are linear are.
+    """
 
     parameter: Parameter
     stated: float
@@ -38,8 +42,10 @@ class RotorNumber:
 
 @dataclass(frozen=True)
 class ProbeNumber:
-    """The `position` (m), the `direction` (rad from x towards y) or the `gain` of probes at a position, of one direction or of all, and
-    its value in the rotor file (SI). Several gains of one probe multiply."""
+    """Number of probes at a position: `position` (m), `direction` (rad from x towards y) or `gain`.
+
+    It is of one direction or of all, with its value in the rotor file (SI). Several gains of one probe multiply.
+    """
 
     parameter: Parameter
     stated: float

@@ -1,4 +1,4 @@
-"""Places of numbers in a rotor, by the fields and indices that lead there, and the rotor with other numbers at such places.
+"""Places of numbers in a rotor, by fields and indices, and the rotor with other numbers there.
 
 >>> Place(("disks", 0, "mass"))  # of the first disk
 Place(path=('disks', 0, 'mass'), scale=1.0)
@@ -28,8 +28,10 @@ class Place:
 
 
 def with_changes(rotor: Rotor, changes: Iterable[tuple[Place, float]]) -> Rotor:
-    """The rotor with changes (SI) added to its numbers at these places. A ring that changes brings along mass and inertias of its disk,
-    before these are changed themselves."""
+    """The rotor with changes (SI) added to its numbers at these places.
+
+    A ring that changes brings along mass and inertias of its disk, before these are changed themselves.
+    """
     tree: dict[Step, Any] = {}
     for place, change in changes:
         if change:

@@ -1,4 +1,7 @@
-"""Tolerances of ordinary drawings, catalogues and calibrations, for all numbers of a rotor that state none of their own."""
+"""Tolerances of ordinary drawings, catalogues and calibrations.
+
+They are for all numbers of a rotor that state none of their own.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,9 @@ IN_WORDS = {"young_modulus": "Young’s modulus", "poisson_ratio": "Poisson’s 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Standard deviations of the numbers of a machine as drawn: relative ones, positions in m and angles in rad; 0: exact.
+    """Standard deviations of the numbers of a machine as drawn.
+
+    Relative ones, positions in m and angles in rad; 0: exact.
 
     Young's modulus of steel is 200 to 215 GPa; masses of disks follow from drawings to some per cent with their blades and keys; API
     670 lets an eddy-current probe err by 5 %; probes are set to angles by eye.
@@ -49,7 +54,10 @@ NONE = Tolerances(**dict.fromkeys((field.name for field in dataclasses.fields(To
 def known_to(
     name: str, words: str, unit: tuple[str, float], prior: Prior, *, above: float = -float("inf")
 ) -> Parameter:
-    """A number known to a tolerance: searched within `REACH` standard deviations, above a physical limit (SI)."""
+    """A number known to a tolerance.
+
+    Searched within `REACH` standard deviations, above a physical limit (SI).
+    """
     reach = REACH * prior.sd
     lower = prior.value - reach
     if lower <= above:
@@ -92,7 +100,10 @@ def _of_disk(number: int, disk: Disk, tolerances: Tolerances) -> Iterator[RotorN
 
 
 def material_places(rotor: Rotor, material: Material, field: str) -> tuple[Place, ...]:
-    """Places of a material's modulus or density in a rotor: segments, their layers, rings of the same density."""
+    """Places of a material's modulus or density in a rotor.
+
+    Segments, their layers, rings of the same density.
+    """
     paths: list[tuple[Step, ...]] = []
     for index, segment in enumerate(rotor.segments):
         if not isinstance(segment, ShaftSegment):

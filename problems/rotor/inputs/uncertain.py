@@ -1,4 +1,4 @@
-"""Numbers of a rotor that are known to a tolerance, and the rotor with them as unknowns that have a prior.
+"""Numbers of a rotor that are known to a tolerance, as unknowns that have a prior.
 
 A search of the unknowns takes them as stated; what follows it, a joint fit with its intervals, takes them as unknowns too
 (`ksmea/problem/problem.py`, `joint`). Coefficients of bearings and unbalance join the rotor's own unknowns, which cost no more; all
@@ -21,7 +21,7 @@ from problems.rotor.response.unknowns import Unknown
 
 @dataclass(frozen=True)
 class UncertainNumbers:
-    """Numbers with a tolerance of their own, `tolerances` of all others, and places of the rotor that are exact though."""
+    """Numbers with a tolerance of their own, `tolerances` of all others, and exact places of the rotor."""
 
     unknowns: tuple[Unknown, ...] = ()  # of bearings, supports and unbalance
     numbers: tuple[RotorNumber, ...] = ()
@@ -36,7 +36,10 @@ class UncertainNumbers:
         return bool(self.unknowns or self.numbers or self.probes) or self.tolerances != NONE
 
     def joint(self, problem: RotorProblem) -> RotorProblem:
-        """A problem with all these numbers as unknowns, after its own; the problem itself if no number is uncertain."""
+        """A problem with all these numbers as unknowns, after its own.
+
+        The problem itself if no number is uncertain.
+        """
         plain = problem.plain
         searched = [each for effect in problem.effects if isinstance(effect, RotorNumbers) for each in effect.numbers]
         known = {place.path for number in (*self.numbers, *searched) for place in number.places}

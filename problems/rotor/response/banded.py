@@ -43,8 +43,10 @@ def band_of(matrix: Array) -> Array:
 
 
 def dynamic_stiffness_band(matrices: Matrices, speed: Array, harmonic: float = 1.0) -> ComplexArray:
-    """D = K + ΩN + iω(C + ΩG) − ω²M of a motion at ω = hΩ, h the harmonic, at each speed of rotation Ω (rad/s),
-    (n_speed, n_dof, WIDTH) N/m."""
+    """Dynamic stiffness D = K + ΩN + iω(C + ΩG) − ω²M at ω = hΩ, (n_speed, n_dof, WIDTH) N/m.
+
+    h is the harmonic, at each speed of rotation Ω (rad/s).
+    """
     spin = np.asarray(speed)
     omega = harmonic * spin
     band = np.empty((len(omega), len(matrices.mass), WIDTH), dtype=complex)
@@ -60,7 +62,10 @@ def dynamic_stiffness_band(matrices: Matrices, speed: Array, harmonic: float = 1
 
 
 def solve(band: ComplexArray, force: ComplexArray) -> ComplexArray:
-    """D⁻¹ f at each speed, (n_speed, n_dof, n_force); `band` is used up. `LinAlgError` where D is singular."""
+    """D⁻¹ f at each speed, (n_speed, n_dof, n_force); `band` is used up.
+
+    `LinAlgError` where D is singular.
+    """
     motion = np.array(np.swapaxes(force, 1, 2), order="C")  # each force in a row, which gbsv overwrites
     for columns, rows in zip(band, motion, strict=True):
         *_, info = zgbsv(HALF_BANDWIDTH, HALF_BANDWIDTH, columns.T, rows.T, overwrite_ab=True, overwrite_b=True)
@@ -72,8 +77,11 @@ def solve(band: ComplexArray, force: ComplexArray) -> ComplexArray:
 def solve_both_ways(
     band: ComplexArray, force: ComplexArray, rows: Array | ComplexArray
 ) -> tuple[ComplexArray, ComplexArray]:
-    """D⁻¹ f at each speed, (n_speed, n_dof, n_force), and rows (n_row, n_dof) or (n_speed, n_row, n_dof) times D⁻¹, (n_speed, n_row, n_dof), by
-    one factorisation; `band` is used up. `LinAlgError` where D is singular."""
+    """Solution D⁻¹ f at each speed, and rows times D⁻¹, by one factorisation.
+
+    They are (n_speed, n_dof, n_force) and (n_speed, n_row, n_dof), of rows (n_row, n_dof) or (n_speed, n_row, n_dof);
+    `band` is used up. Raises `LinAlgError` if D is singular.
+    """
     motion = np.array(np.swapaxes(force, 1, 2), dtype=complex, order="C")
     seen = np.array(np.broadcast_to(rows, (len(band), *rows.shape[-2:])), dtype=complex, order="C")
     for columns, of_force, of_rows in zip(band, motion, seen, strict=True):

@@ -25,8 +25,10 @@ BLOCK = 2**23  # entries of matrices in memory at once, 134 MB of each kind
 
 
 def dynamic_stiffness(matrices: Matrices, speed: Array, harmonic: float = 1.0) -> ComplexArray:
-    """D = K + ΩN + iω(C + ΩG) − ω²M of a motion at ω = hΩ, h the harmonic, at each speed of rotation Ω (rad/s),
-    (n_speed, n_dof, n_dof) N/m."""
+    """Dynamic stiffness D = K + ΩN + iω(C + ΩG) − ω²M at ω = hΩ, (n_speed, n_dof, n_dof) N/m.
+
+    h is the harmonic, at each speed of rotation Ω (rad/s).
+    """
     spin = np.asarray(speed)[:, None, None]
     omega = harmonic * spin
     conservative = matrices.stiffness + spin * matrices.circulatory - omega**2 * matrices.mass
@@ -37,10 +39,13 @@ def dynamic_stiffness(matrices: Matrices, speed: Array, harmonic: float = 1.0) -
 
 
 def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> ComplexArray:
-    """Unbalance response of a rotor whose numbers are all given, (n_speed, n_channel) m, block by block of the speeds. Housings on
-    pedestals have degrees of freedom of their own, after the ones of the shaft.
+    """Unbalance response of a rotor whose numbers are all given, (n_speed, n_channel) m.
 
-    Raises `SettingError` for a rotor that would take many minutes."""
+    It is computed block by block of the speeds. Housings on pedestals have degrees of freedom of their own, after the
+    ones of the shaft.
+
+    Raises `SettingError` for a rotor that would take many minutes.
+    """
     n_dof, n_speed = DOF_PER_NODE * len(rotor.node_positions), len(speed)
     if n_speed > (most := max(1, MAX_WORK // n_dof**3)):
         raise SettingError(
@@ -96,8 +101,11 @@ def bearings_and_readings(
     impedance: ComplexArray,
     harmonic: float = 1.0,
 ) -> tuple[ComplexArray, ComplexArray]:
-    """With impedances between all ports of bearings and seals (n_port, n_port, n_speed), N/m at a harmonic: the dynamic stiffness that they
-    and the rotor's pedestals add, (n_speed, n_dof, n_dof), and the rows that read the channels, (n_speed, n_channel, n_dof)."""
+    """Dynamic stiffness that bearings, seals and pedestals add, and the rows that read the channels.
+
+    Impedances between all ports (n_port, n_port, n_speed), N/m, are at a harmonic. The results are (n_speed, n_dof,
+    n_dof) and (n_speed, n_channel, n_dof).
+    """
     supported, n_dof = rotor.supported, DOF_PER_NODE * len(rotor.node_positions)
     ports = np.concatenate([np.empty((0, n_dof)), *(_spread(rotor, bearing, n_dof) for bearing in supported)])
     own = [(index, bearing.pedestal) for index, bearing in enumerate(supported) if bearing.pedestal is not None]
@@ -114,7 +122,10 @@ def bearings_and_readings(
 
 
 def channel_rows(rotor: Rotor, channels: Sequence[Channel], harmonic: float = 1.0) -> Array:
-    """The rows that read each channel of a motion at a harmonic, (n_channel, n_dof); zeros for channels of another one."""
+    """The rows that read each channel of a motion at a harmonic, (n_channel, n_dof).
+
+    Zeros for channels of another one.
+    """
     for channel in channels:
         rotor.require_on_shaft(channel.position, "sensor")
     rows = (displacement_row(rotor, channel.position, channel.direction) for channel in channels)

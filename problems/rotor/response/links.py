@@ -34,9 +34,11 @@ NOMINAL_PHASE = np.exp(0.25j * np.pi)
 
 @dataclass(frozen=True)
 class Impedance:
-    """The impedance of a bearing, or of its pedestal, from motion in direction `column` to force in direction `row` (0 is x, 1 is y).
-    Its ports belong to its `link`; −1: links are numbered as bearings are. `moved` is the link that moves, if another
-    one, by way of a common support."""
+    """Impedance of a bearing or its pedestal from motion in direction `column` to force in `row`.
+
+    Directions are 0 for x and 1 for y. Its ports belong to its `link`; −1: links are numbered as bearings are. `moved`
+    is the link that moves, if another one, by way of a common support.
+    """
 
     bearing: int  # index in `Rotor.supported`
     row: int
@@ -105,8 +107,11 @@ class HousingReading:
 def on_their_pedestals(
     rotor: Rotor, impedances: Sequence[Impedance], values: ComplexArray, speed: Array, harmonic: float = 1.0
 ) -> list[LinkedBearing]:
-    """Each bearing and seal of a rotor, `Rotor.supported`, with values (n_impedance, n_speed) N/m of the impedances that have ports, and
-    the rotor's own numbers of all others."""
+    """Each bearing and seal of a rotor, `Rotor.supported`, with values of some impedances.
+
+    The values (n_impedance, n_speed) N/m are of the impedances that have ports; all others have the rotor's own
+    numbers.
+    """
     linked = {part: np.zeros((len(speed), 2, 2), dtype=complex) for part in links_of(impedances)}
     for item, each in zip(impedances, values, strict=True):
         if item.moved is None:
@@ -144,9 +149,11 @@ def _linked(
 def condensed(
     impedance: ComplexArray, pedestals: Sequence[tuple[int, ComplexArray]]
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Impedances (n_port, n_port, …) N/m between all ports of bearings whose housings stand on pedestals, each with the index of its
-    bearing and its impedance (2, 2, …), as the shaft feels them; and the motion of housings per motion of the ports,
-    (n_pedestal, 2, n_port, …)."""
+    """Impedances (n_port, n_port, …) N/m between all ports of bearings on pedestals.
+
+    Each bearing has its index and its impedance (2, 2, …), as the shaft feels them. Also returns the motion of housings
+    per motion of the ports, (n_pedestal, 2, n_port, …).
+    """
     if not pedestals:
         return impedance, np.zeros((0, 2, *impedance.shape[1:]), dtype=complex)
     whole = np.moveaxis(impedance, (0, 1), (-2, -1))
@@ -163,7 +170,10 @@ def condensed(
 
 
 def add_to_band(band: ComplexArray, bearings: Sequence[LinkedBearing]) -> None:
-    """Add bearings to a dynamic stiffness (n_speed, n_dof, WIDTH) as `problems.rotor.response.banded` stores it."""
+    """Add bearings to a dynamic stiffness (n_speed, n_dof, WIDTH).
+
+    It is stored as in `problems.rotor.response.banded`.
+    """
     for bearing in bearings:
         felt = bearing.rows.T @ bearing.felt @ bearing.rows
         for row, row_dof in enumerate(bearing.dof):
@@ -183,8 +193,11 @@ def read_housings(rotor: Rotor, channels: Sequence[Channel], harmonic: float = 1
 
 @dataclass(frozen=True, eq=False)
 class LinksOfShaft:
-    """The ports of links and the readings of channels, as rows that read the shaft and as forces on it. Arrays are (n_dof, …) or
-    (…, n_dof) where all bearings are on the ground, and have n_speed before them where some are not."""
+    """The ports of links and the readings of channels, as rows that read the shaft and as forces on it.
+
+    Arrays are (n_dof, …) or (…, n_dof) where all bearings are on the ground, and have n_speed before them where some
+    are not.
+    """
 
     bearings: Sequence[LinkedBearing]
     links: Sequence[tuple[int, bool]]
@@ -224,8 +237,10 @@ class LinksOfShaft:
         return np.asarray(own.motion(of_pedestal=of_pedestal) @ unit)
 
     def reading_rows(self, of_shaft: Array) -> Array | ComplexArray:
-        """Rows that read the channels, ([n_speed,] n_channel, n_dof); `of_shaft` (n_channel, n_dof) reads the shaft
-        against the ground."""
+        """Rows that read the channels, ([n_speed,] n_channel, n_dof).
+
+        `of_shaft` (n_channel, n_dof) reads the shaft against the ground.
+        """
         if not self.readings:
             return of_shaft
         rows = np.tile(of_shaft.astype(complex), (self.n_speed, 1, 1))
@@ -235,8 +250,11 @@ class LinksOfShaft:
         return rows
 
     def beside_shaft(self, n_channel: int) -> ComplexArray:
-        """Motion of ports and channels per unit force at the ports while the shaft is held,
-        (n_speed, n_port + n_channel, n_port): a force on a housing moves it, one between housing and shaft pushes it back."""
+        """Motion of ports and channels per unit force at the ports while the shaft is held.
+
+        It is (n_speed, n_port + n_channel, n_port): a force on a housing moves it, one between housing and shaft pushes
+        it back.
+        """
         n_port = PORTS_PER_LINK * len(self.links)
         found = np.zeros((self.n_speed, n_port + n_channel, n_port), dtype=complex)
         for place, (bearing, of_pedestal) in enumerate(self.links):
@@ -270,8 +288,11 @@ def nominal_impedances(
 
 
 def _nominal_impedance(bearing: Bearing, impedance: Impedance, speed: Array, harmonic: float) -> ComplexArray:
-    """(n_speed,) N/m at a harmonic of each speed: the size of the given impedance with the nominal phase; none off the diagonal. Inertia
-    counts as a spring, so that none cancels another."""
+    """Nominal impedance (n_speed,) N/m at a harmonic of each speed.
+
+    It has the size of the given impedance with the nominal phase. None off the diagonal. Inertia counts as a spring, so
+    that none cancels another.
+    """
     if not impedance.is_direct:
         return np.zeros(len(speed), dtype=complex)
     entry, frequency = (slice(None), impedance.row, impedance.column), harmonic * speed

@@ -1,4 +1,6 @@
-"""A rotor with unknowns, at given speeds and channels: the data of a problem, without what effects change of them.
+"""A rotor with unknowns, at given speeds and channels.
+
+The data of a problem, without what effects change of them.
 
 Sign convention: a real response is Re(q e^{iΩt}), m 0-peak; the shaft turns from +x to +y.
 """
@@ -37,8 +39,11 @@ from problems.rotor.response.unknowns import (
 
 @dataclass(frozen=True, eq=False)
 class RotorModel:
-    """Whatever values the unknowns have in the given rotor are replaced by the middle of their limits, so that a model
-    cannot carry the values that are to be identified."""
+    """Rotor model without values of the unknowns.
+
+    Values that the unknowns have in the given rotor are replaced by the midpoints of their limits, so that a model
+    cannot carry the values that are to be identified.
+    """
 
     rotor: Rotor
     unknowns: tuple[Unknown, ...]  # of the rotor itself
@@ -93,7 +98,10 @@ class RotorModel:
 
     @cached_property
     def slopes_beside_effects(self) -> OrderedDict[Hashable, Any]:
-        """Derivatives of the rotor's matrices with unknowns of effects (`problems/rotor/extension/rotor_slopes.py`), kept."""
+        """Derivatives of the rotor's matrices with respect to unknowns of effects, kept.
+
+        `problems/rotor/extension/rotor_slopes.py` uses them.
+        """
         return OrderedDict()
 
     @cached_property
@@ -123,8 +131,11 @@ def finite(values: ComplexArray) -> ComplexArray:
 
 
 def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown], *, of_all_bearings: bool = False) -> tuple[Impedance, ...]:
-    """Impedances that may differ from nominal: of each bearing, seal or pedestal of which a number is unknown, or of all bearings and of
-    these seals and pedestals, all direct impedances and those cross-coupled ones that are given or unknown."""
+    """Impedances that may differ from nominal.
+
+    They are of each bearing, seal or pedestal of which a number is unknown, or of all bearings and of these seals and
+    pedestals: all direct impedances and the given or unknown cross-coupled ones.
+    """
     targets = [target for item in unknowns for target in item.targets]
     unknown = [
         {(target.bearing, column % 4) for target in targets if isinstance(target, kind) for column in target.columns}

@@ -1,4 +1,6 @@
-"""Motion and free motion of a rotor with unknowns: the contract, and the rotor as it is, without effects.
+"""Motion and free motion of a rotor with unknowns.
+
+The contract, and the rotor as it is, without effects.
 
 Bearings enter by their impedances at each spin speed. The response follows by rank-one updates of the receptances between
 ports, its derivatives in closed form from the updated receptances.
@@ -67,7 +69,10 @@ class Physics(ABC):
         return self.linearised(x)[1]
 
     def linearised_per_load(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray] | None:
-        """Columns (n_speed, n_channel, 1 + n_load) and their derivatives (…, d). Default: None, by differences only."""
+        """Columns (n_speed, n_channel, 1 + n_load) and their derivatives (…, d).
+
+        Default: None, by differences only.
+        """
         return None
 
     @abstractmethod
@@ -79,7 +84,10 @@ class Physics(ABC):
 
     @abstractmethod
     def free_motion(self, x: Array, highest: float, n_mode: int) -> FreeMotion:
-        """The rotor with its free motions up to a frequency and spin speed (rad/s), by this number of modes or more."""
+        """Rotor with its free vibrations up to a frequency and spin speed (rad/s).
+
+        It has this number of modes or more.
+        """
 
     @abstractmethod
     def unbalance(self, x: Array) -> dict[float, complex]:
@@ -97,7 +105,10 @@ class PlainPhysics(Physics):
         return self.model.own
 
     def response(self, x: Array) -> ComplexArray:
-        """By rank-one updates, as reference results were: `Reduction.motion_on` is faster and differs by rounding."""
+        """Response by rank-one updates, as in the reference results.
+
+        `Reduction.motion_on` is faster and differs by rounding.
+        """
         model, reduction = self.model, self.model.reduction
         response = np.empty((len(x), len(model.speed), len(model.channels)), dtype=complex)
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
@@ -192,7 +203,10 @@ class PlainPhysics(Physics):
 def impedance_changes(
     reduction: Reduction, rotor: Rotor, target: BearingTarget | PedestalTarget
 ) -> list[tuple[int, int, ComplexArray]]:
-    """Changes of impedances per number that an unknown sets: row and column of their ports, and ∂z/∂x (n_speed,)."""
+    """Changes of impedances per number that an unknown sets.
+
+    Row and column of their ports, and ∂z/∂x (n_speed,).
+    """
     speed, bearing = reduction.speed, rotor.supported[target.bearing]
     elastic = 1.0 + 0j
     if isinstance(target, PedestalTarget) and bearing.pedestal is not None:
@@ -213,7 +227,10 @@ def impedance_changes(
 
 
 def bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array, Array]:
-    """Stiffness N/m, damping N s/m and mass kg of bearings and seals at one set of values, (n_speed, n_supported, 2, 2) each."""
+    """Stiffness N/m, damping N s/m and mass kg of bearings and seals at one set of values.
+
+    They are (n_speed, n_supported, 2, 2) each.
+    """
     parts = [np.moveaxis(part[:, :, :, 0], -1, 0) for part in inputs.bearings_at(speed)]
     shape = len(speed), *parts[0].shape[1:]
     stiffness, damping, mass = (np.broadcast_to(part, shape) for part in parts)
@@ -244,8 +261,10 @@ def _impedances(reduction: Reduction, inputs: Inputs) -> ComplexArray:
 
 
 def _combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexArray:
-    """Σ over planes of the response per unbalance (n_channel, n_plane, n, n_speed) times the unbalance (n, n_plane),
-    → (n, n_speed, n_channel)."""
+    """Sum over planes of the response per unbalance times the unbalance (n, n_plane).
+
+    The response is (n_channel, n_plane, n, n_speed), the sum (n, n_speed, n_channel).
+    """
     total = np.sum(per_unbalance * unbalance.T[:, :, None], axis=1)
     return total.transpose(1, 2, 0)
 

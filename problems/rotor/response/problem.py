@@ -1,4 +1,6 @@
-"""A rotor with unknown bearing coefficients and unbalance, with effects or without, as a problem for identification.
+"""Rotor with unknown bearing coefficients and unbalance as a problem.
+
+It may have effects.
 
 The unknowns of effects follow the unknowns of the rotor itself. Its motion is computed by its `physics`: without effects in
 `problems.rotor.response.physics`, else by the physics that the effects name (`problems.rotor.extension.extended`).
@@ -175,8 +177,10 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         return np.inf if self._is_passive(x, highest) else super().stability_threshold(x, highest)
 
     def _is_passive(self, x: Array, highest: float) -> bool:
-        """Whether nothing can feed a free motion, as far as that is known without eigenvalues: free rotors have zeros among them, which
-        rounding makes positive."""
+        """Whether nothing can feed a free motion, as far as that is known without eigenvalues.
+
+        Free rotors have zeros among them, which rounding makes positive.
+        """
         speed = scanned_speeds(highest)
         return self.physics.free_motion(self._point(x), float(speed[-1]), MIN_MODES).is_passive(speed)
 
@@ -261,8 +265,11 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
         return OriginTarget() in targets or len(turning) == len(self.rotor.unbalance)
 
     def with_phase_origin(self) -> RotorProblem:
-        """This problem with the phase of all unbalance unknown. Limits are one and a half turns apart: each angle lies a quarter turn
-        or more from the limits at least once, so that no search ends at a limit without physical meaning."""
+        """This problem with the phase of all unbalance unknown.
+
+        Limits are one and a half turns apart: each angle lies a quarter turn or more from the limits at least once, so
+        that no search ends at a limit without physical meaning.
+        """
         if self.has_free_phase:
             return self
         origin = Parameter(PHASE_ORIGIN, "deg", np.pi / 180, -1.5 * np.pi, 1.5 * np.pi)

@@ -1,4 +1,6 @@
-"""The receptance reduction: a rotor seen only from its ports, so that a new bearing costs a few small operations.
+"""Receptance reduction: a rotor seen only from its ports.
+
+A new bearing then costs a few small operations.
 
 Bearings touch the rotor at few degrees of freedom, its ports. With the dynamic stiffness factored once per speed
 about nominal bearings, all that a response needs is the receptance H between ports, unbalance planes and channels.
@@ -69,15 +71,20 @@ class Reduction:
         return tuple(item for item in self.impedances if item.of_pedestal)
 
     def response_per_load(self, impedance: ComplexArray) -> ComplexArray:
-        """Response of each channel to a unit unbalance in each plane, then to each further load, for n sets of impedances
-        (n_impedance, n, n_speed) N/m: (n_channel, n_plane + n_load, n, n_speed) m per kg m and m per unit."""
+        """Response of each channel to a unit unbalance in each plane, then to each further load.
+
+        It is (n_channel, n_plane + n_load, n, n_speed), m per kg m and m per unit, for n sets of impedances
+        (n_impedance, n, n_speed) N/m.
+        """
         return updated_receptance(self.receptance, self.impedances, impedance - self.nominal[:, None], self.n_port)
 
     def motion_on(self, impedance: ComplexArray, sizes: ComplexArray) -> ComplexArray:
-        """Motion and responses to further loads (n, n_speed, n_channel, 1 + n_load), m and m per unit, on impedances
-        (n_impedance, n, n_speed) N/m with unbalances and first loads as large as `sizes` (n, n_plane + …).
-        The ports' motion q = (1 + H Δ)⁻¹ H f is solved for, and what the bearings' forces Δ q do to the channels taken off. Where sizes
-        are known this costs a fraction of the rank-one updates, which serve any."""
+        """Motion and responses to further loads on impedances (n_impedance, n, n_speed) N/m.
+
+        They are (n, n_speed, n_channel, 1 + n_load), m and m per unit, with unbalances and first loads of `sizes` (n,
+        n_plane + …). The ports' motion q = (1 + H Δ)⁻¹ H f is solved for, and the effect of the bearings' forces Δ q on
+        the channels taken off. If sizes are known this costs a fraction of the rank-one updates, which serve any.
+        """
         change = impedance - self.nominal[:, None]
         n_port, n_own, (_, n, n_speed) = self.n_port, sizes.shape[1], change.shape
         pairs = list(zip(self.impedances, change, strict=True))
@@ -100,8 +107,10 @@ class Reduction:
         return np.subtract(free[n_port:].transpose(2, 3, 0, 1), taken_off.transpose(3, 0, 1, 2), order="C")
 
     def receptance_on(self, impedance: ComplexArray) -> ComplexArray:
-        """`receptance` on other impedances (n_impedance, n_speed) N/m than the nominal ones, ports included,
-        (n_port + n_channel, n_port + n_plane + n_load, n_speed)."""
+        """Receptance on other impedances (n_impedance, n_speed) N/m than the nominal ones.
+
+        As `receptance`, ports included: (n_port + n_channel, n_port + n_plane + n_load, n_speed).
+        """
         change = (impedance - self.nominal)[:, None]
         ports = np.arange(self.n_port)
         # The update consumes the ports that it works on, so those to be kept are entered twice.
@@ -197,7 +206,9 @@ def at_harmonic(impedance: ComplexArray, harmonic: float) -> ComplexArray:
 def updated_receptance(
     receptance: ComplexArray, impedances: Sequence[Impedance], change: ComplexArray, n_port: int
 ) -> ComplexArray:
-    """Receptance (row, column, n_speed) after changes (n_impedance, n, n_speed) of the impedances, one by one.
+    """Receptance (row, column, n_speed) after changes (n_impedance, n, n_speed) of the impedances.
+
+    The changes are made one by one.
 
     The first rows and columns are the ports. A port is dropped once no later impedance touches it, so that what
     remains are the rows and columns beyond the ports, (…, …, n, n_speed).
@@ -215,8 +226,10 @@ def updated_receptance(
 
 
 def eliminated(system: ComplexArray) -> ComplexArray:
-    """X (n_row, m, …) of A X = B from [A B] (n_row, n_row + m, …), which is overwritten: Gauss's elimination of many at once. It
-    does not pivot, like one rank-one update after the other."""
+    """X (n_row, m, …) of A X = B from [A B] (n_row, n_row + m, …), which is overwritten.
+
+    Gauss's elimination of many at once. It does not pivot, like one rank-one update after the other.
+    """
     n = len(system)
     for index in range(n - 1):
         factor = system[index + 1 :, index] / system[index, index]

@@ -44,8 +44,10 @@ CARTESIAN_PARTS = ("x", "y")  # in their place: the components at 0Â° and at 90Â
 
 @dataclass(frozen=True)
 class BearingTarget:
-    """One coefficient of one bearing or seal, or a factor on its table (`kxx_factor` on one column, `stiffness_factor` on all four of K),
-    by its index in `Rotor.supported`."""
+    """Coefficient of one bearing or seal, or a factor on its table, by its index in `Rotor.supported`.
+
+    `kxx_factor` acts on one column, `stiffness_factor` on all four of K.
+    """
 
     bearing: int
     coefficient: str
@@ -66,7 +68,10 @@ class BearingTarget:
 
 @dataclass(frozen=True)
 class PedestalTarget:
-    """One coefficient of the pedestal of a bearing, or its `mass` in x and y, by the bearing's index in `Rotor.supported`."""
+    """Coefficient of the pedestal of a bearing, or its `mass` in x and y.
+
+    The bearing has an index in `Rotor.supported`.
+    """
 
     bearing: int
     coefficient: str
@@ -83,8 +88,10 @@ class PedestalTarget:
 
 @dataclass(frozen=True)
 class UnbalanceTarget:
-    """The magnitude (kg m), the phase (rad) or a Cartesian component (kg m) of the unbalance in one plane, by its index in
-    `Rotor.unbalance`."""
+    """Magnitude (kg m), phase (rad) or Cartesian component (kg m) of the unbalance in one plane.
+
+    The plane has an index in `Rotor.unbalance`.
+    """
 
     plane: int
     part: str = "magnitude"
@@ -143,9 +150,11 @@ class Inputs:
         return self.own.rotor
 
     def bearings_at(self, speed: Array) -> tuple[Array, Array, Array]:
-        """Stiffness N/m, damping N s/m and mass kg of bearings and seals at spin speeds (n_speed,) rad/s,
-        (n_supported, 2, 2, n, n_speed) each; the last axis is 1 if they are equal at all speeds. Responses, loads and free motion take
-        bearings from here; the dense route and modes take them from `rotor_at`."""
+        """Stiffness N/m, damping N s/m and mass kg of bearings and seals at spin speeds (n_speed,) rad/s.
+
+        They are (n_supported, 2, 2, n, n_speed) each; the last axis is 1 if they are equal at all speeds. Responses,
+        loads and free motion take bearings from here; the dense route and modes take them from `rotor_at`.
+        """
         n, n_supported = self.coefficients.shape[:2]
         parts = self.coefficients.transpose(1, 2, 0)[..., None]
         if self.own.has_tables:
@@ -188,8 +197,10 @@ def columns_at(bearing: Bearing, speed: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class RotorNumbers:
-    """Numbers of a rotor that unknowns may set, as arrays, and which unknown sets which; shapes as in `Inputs`, without
-    the first axis."""
+    """Numbers of a rotor that unknowns may set, as arrays, and which unknown sets which.
+
+    Shapes as in `Inputs`, without the first axis.
+    """
 
     rotor: Rotor
     coefficients: Array
@@ -357,8 +368,11 @@ def _has_column(bearing: Bearing, target: BearingTarget) -> bool:
 
 
 def unknown_impedances(unknowns: Sequence[Unknown]) -> tuple[UnknownImpedance, ...]:
-    """Parts of the dynamic stiffness that unknowns set, linear in them: for entries of bearings that share their unknown stiffness, damping
-    and mass, and for each factor of a table and each number of a pedestal by itself, with the rank of what it scales."""
+    """Parts of the dynamic stiffness that unknowns set, linear in them.
+
+    There is one for entries of bearings that share their unknown stiffness, damping and mass, and one for each factor
+    of a table and each number of a pedestal, with the rank of its part.
+    """
     entries: dict[tuple[int, int], list[str]] = defaultdict(
         lambda: ["", "", ""]
     )  # by bearing and place in its matrices
