@@ -99,7 +99,7 @@ def test_pedestals_are_named_with_the_truth_in_their_intervals_whatever_the_limi
     rotor = ksmea.load_problem(str(CASES / f"{name}.yaml"))
     data = ksmea.read_measurement(str(CASES / "ground.csv"))
     effects = ["flexible_pedestal", "speed_dependent_stiffness", "short_journal_bearing", "mass", "added_mass"]
-    found = ksmea.diagnose(rotor, data, effects=effects, locate=False, split=False)
+    found = ksmea.diagnose(rotor, data, effects=effects, locate=False, average=False, split=False)
     assert found.record.named == ("flexible_pedestal",) and found.verdict in ("named", "ambiguous")
     after = {row.name: row.after for row in found.record.coefficients}
     true = {"u": 200, "kxx": 5, "kyy": 8, "pedestal_compliance_x": 60, "pedestal_compliance_y": 40}
@@ -116,7 +116,9 @@ def test_a_hub_wider_than_its_disk_is_named_with_what_is_known_of_its_width(tmp_
     truth = np.array([200, *(value for _, _, value in COEFFICIENTS.values()), 250])
     data = measured(hidden, truth * units, seed=5)
     effects = ["hub_stiffening", "youngs_modulus", "mass", "disk_mass", "disk_inertia"]
-    record = ksmea.diagnose(ksmea.load_problem(file), data, effects=effects, locate=False, split=False).record
+    record = ksmea.diagnose(
+        ksmea.load_problem(file), data, effects=effects, locate=False, average=False, split=False
+    ).record
     assert (record.verdict, record.named) == ("named", ("hub_stiffening",))
     assert record.locations == ("at 0.5 m with a width that changes from 50 mm",)
     after = {row.name: row.after for row in record.coefficients}

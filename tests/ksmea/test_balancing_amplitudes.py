@@ -64,12 +64,12 @@ def test_amplitudes_give_what_complex_responses_give(weights):
 @pytest.mark.parametrize("effect", [0.3, 1.0, 2.0])
 def test_the_error_of_the_correction_is_that_of_the_formula(effect):
     """2 (σ / y0) √(4/3 + 1/(3 T²)) is that of the linear equation, here w = -3 W y0² / Σ a² e^{-iθ}; least squares are no worse,
-    and what they state is right: 500 draws, whose rms is known to 5 % (two standard deviations are 10 %)."""
+    and what they state is right: 200 draws, whose rms is known to 3.5 % (three standard deviations are 10.6 %)."""
     rng, y0, sigma = np.random.default_rng(2), 8.0, 0.02
     coefficient = effect * y0 / 10 * np.exp(0.7j)
     true = -y0 / coefficient
     linear, least, stated = [], [], []
-    for _ in range(500):
+    for _ in range(200):
         made = job(np.array([y0]), np.array([coefficient]), noise=sigma, rng=rng)
         bare, *runs = made.values[:, 0] * 1e6
         linear.append(-300 * bare**2 / np.sum(np.square(runs) * np.conj(TRIALS)) - true)
