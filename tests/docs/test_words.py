@@ -7,7 +7,7 @@ import pytest
 from shown_pages import DOCS, FENCE, ROOT
 
 MOST = 900
-LONGER = {"ksmea.md": 1150, "results.md": 1300, "glossary.md": 1400}  # equations, the paper's tables, a list
+LONGER = {"ksmea.md": 1000, "results.md": 1300, "glossary.md": 1400}  # equations, the paper's tables, a list
 IN_ALL = 28_000
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
 
