@@ -21,7 +21,7 @@ from ksmea.fits.fitting import Fit, without_effects
 from ksmea.likelihood.fisher import projected, span, whitened_sensitivity, with_prior_rows
 from ksmea.numerics.parallel import Workers
 from ksmea.problem.counted import Model
-from ksmea.problem.parameters import Parameter
+from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.problem.problem import Problem
 from ksmea.rotordynamics.stability import last_stable
 
@@ -102,7 +102,7 @@ def _left_of_effect(fit: Fit, problem: Problem, n_effect: int) -> Array:
     `fit` is of the problem without them.
     """
     u = np.concatenate([fit.u, without_effects(problem, len(fit.u))])
-    whitened, of_noise = _whitened(problem, u, fit)
+    whitened, of_noise = _whitened(problem, u, fit, len(fit.u))
     return _without(whitened[:, -n_effect:], whitened[:, :-n_effect], of_noise)
 
 
@@ -118,13 +118,17 @@ def _scaled(columns: Array) -> Array:
     return unit
 
 
-def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
-    """Sensitivities to the unknowns (m, d), and to the noise level (m, 2) or (m, 0) where that is known."""
+def _whitened(problem: Problem, u: Array, fit: Fit, n_own: int) -> tuple[Array, Array]:
+    """Sensitivities to the unknowns (m, d), and to the noise level (m, 2) or (m, 0) where that is known.
+
+    The rows are the data and the priors of the first `n_own` unknowns. A prior of an effect's unknown, as a rate of the
+    sweep by times of the rows, is no change of the data and has none, so that all effects have equal rows.
+    """
     response, sensitivity = Model(problem).linearise(u)
     noise_known = not fit.likelihood.noise_is_estimated
     observable = fit.measurement.kind
     whitened = whitened_sensitivity(response, sensitivity, fit.noise, observable, noise_known=noise_known)
-    whitened = with_prior_rows(whitened, problem.parameters)
+    whitened = with_prior_rows(whitened, Parameters(problem.parameters.items[:n_own]))
     return whitened[:, : len(u)], whitened[:, len(u) :]
 
 
@@ -165,8 +169,8 @@ def change_of(lead: Led) -> Array:
     It is to first order, with everything else also fitted.
     """
     problem, u = lead.fit.problem, lead.fit.u
-    whitened, of_noise = _whitened(problem, u, lead.fit)
     n_own = len(u) - lead.n_unknown
+    whitened, of_noise = _whitened(problem, u, lead.fit, n_own)
     size = u[n_own:] - without_effects(problem, n_own)
     return _without(whitened[:, n_own:] @ size[:, None], whitened[:, :n_own], of_noise)[:, 0]
 
@@ -181,14 +185,14 @@ def reach(lead: Led, other: Candidate) -> Array | None:
     if (problem := other.beside(lead.fit.problem)) is None:
         return None
     u = np.concatenate([u, without_effects(problem, len(u))])
-    whitened, of_noise = _whitened(problem, u, lead.fit)
+    whitened, of_noise = _whitened(problem, u, lead.fit, n_own)
     return _basis(_without(whitened[:, -n_other:], whitened[:, :n_own], of_noise))
 
 
 def own_reach(lead: Led, own: slice) -> Array | None:
     """`reach` of one of the effects of a fit, by its place among their unknowns."""
     u, n_own = lead.fit.u, len(lead.fit.u) - lead.n_unknown
-    whitened, of_noise = _whitened(lead.fit.problem, u, lead.fit)
+    whitened, of_noise = _whitened(lead.fit.problem, u, lead.fit, n_own)
     return _basis(_without(whitened[:, n_own:][:, own], whitened[:, :n_own], of_noise))
 
 

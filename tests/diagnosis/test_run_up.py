@@ -3,11 +3,14 @@
 import csv
 import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.diagnosis.observability import collinearity
+from ksmea.diagnosis.trials import candidates_and_left_out
 from ksmea.fits.fitting import fit_baseline, fit_from_values, settled
 from ksmea.fits.search import Effort, Search
 from ksmea.measurement.campaign import Campaign, Run
@@ -66,6 +69,21 @@ def two_runs(rates, directions, histories=(None, None)):
     values = observe(np.concatenate(responses), "complex", NOISE, np.random.default_rng(3))
     speed = np.tile(problem.speed, 2)
     return x, Measurement(speed, problem.channels, values, None, "test", campaign=Campaign(runs))
+
+
+def test_a_rate_known_by_times_is_compared_with_another_effect_as_one_without_times():
+    """Its prior is no change of the data."""
+    histories = (SpeedHistory("run-up", (10.8, 12.0), True), SpeedHistory("coast-down", (-20.9, -20.3), True))
+    cosines = []
+    for known in (histories, (None, None)):
+        x, measurement = two_runs((0.0, 0.0), ("up", "down"), known)
+        case = Case(aligned(SETTINGS.build(), measurement), measurement)
+        effects = {name: registry.create("effect", name, {}).seen_in(measurement) for name in EFFECTS}
+        found, _ = candidates_and_left_out(case.problem.joint, effects)
+        sweep, damping = ([each for each in found if each.name == name][-1] for name in EFFECTS[:2])
+        fit = fit_from_values(case.by(damping.effect.added_to(case.problem)), np.append(x, 0.3))
+        cosines.append(collinearity(SimpleNamespace(fit=fit, n_unknown=1), sweep))
+    assert cosines[0] == pytest.approx(cosines[1], rel=1e-6) and 0 < cosines[0] < 1
 
 
 @pytest.mark.parametrize("timed", [True, False])
