@@ -60,7 +60,7 @@ def _s(count: int) -> str:
     return "" if count == 1 else "s"
 
 
-AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
+AT_LIMIT, REACHED = 1e-3, 1e-6  # parts of the range within which a value lies on its limit, and an interval ends there
 
 
 def noise_record(noise: Noise, measurement: Measurement) -> NoiseLevelRecord:
@@ -71,10 +71,15 @@ def noise_record(noise: Noise, measurement: Measurement) -> NoiseLevelRecord:
 def estimate_record(parameter: Parameter, value: float, interval: Interval) -> EstimateRecord:
     """A value with its interval (both SI) in the parameter's unit.
 
-    An angle that may be any between −180° and 180°.
+    An angle that may be any between −180° and 180°. A value near a limit of a wide range is not at it if its interval
+    ends before.
     """
     turn = value - parameter.turned(value)
-    near = AT_LIMIT * (parameter.upper - parameter.lower)
+    width = parameter.upper - parameter.lower
+    sides = (
+        (value - parameter.lower, interval.low - parameter.lower),
+        (parameter.upper - value, parameter.upper - interval.high),
+    )
     return EstimateRecord(
         name=parameter.name,
         unit=parameter.unit,
@@ -82,5 +87,5 @@ def estimate_record(parameter: Parameter, value: float, interval: Interval) -> E
         low=finite((interval.low - turn) / parameter.si_per_unit),
         high=finite((interval.high - turn) / parameter.si_per_unit),
         interval=interval.basis,
-        at_limit=bool(min(value - parameter.lower, parameter.upper - value) <= near),
+        at_limit=any(bool(near <= AT_LIMIT * width and end <= REACHED * width) for near, end in sides),
     )

@@ -7,12 +7,14 @@ import pytest
 
 import ksmea
 from ksmea.errors import SettingError
+from ksmea.inference.intervals import Interval
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Layout, Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
+from ksmea.problem.parameters import Parameter
 from ksmea.show.identification_text import text
-from ksmea.studies.enough_data import can_be_tested, n_real, require_enough
+from ksmea.studies.enough_data import can_be_tested, estimate_record, n_real, require_enough
 from ksmea.studies.misreadings import slips
 from ksmea.units import RPM
 from problems.three_disk import ThreeDisk
@@ -98,3 +100,12 @@ def test_a_problem_that_does_not_know_its_modes_is_left_alone(monkeypatch):
     monkeypatch.undo()
     assert slips(Case.of(dataclasses.replace(PROBLEM), far), X) != ()
     assert slips(Case.of(ThreeDisk(mesh=100).build(), far), X) == ()  # too large to ask in passing
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "is_at_limit"),
+    [(11.3, 6.4, 16.2, False), (3.0, 0.0, 8.0, True), (3.0, -np.inf, 8.0, True), (19990.0, 19980.0, np.inf, True)],
+)
+def test_a_small_value_of_a_wide_range_lies_on_no_limit_that_its_interval_does_not_reach(value, low, high, is_at_limit):
+    damping = Parameter("seal_damping", "N s/m", 1.0, 0.0, 20e3)
+    assert estimate_record(damping, value, Interval(low, high, "profile")).at_limit == is_at_limit
