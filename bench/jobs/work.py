@@ -27,6 +27,7 @@ from ksmea.plugins.files import OURS
 
 JOURNALS = "journals"
 GIGABYTE = 2**30
+MOST_DRAWN = 40  # repetitions whose responses figures compare
 LONGEST_REASON = 500  # characters of a log line
 SLOW_TO_IMPORT = ("scipy.stats",)  # imported where it is first used, which would be in each worker
 
@@ -177,7 +178,8 @@ def own_modules(plan: Plan) -> list[str]:
 
 def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:
     journal = _journal(run, job) if job.journal else None
-    with_curves = run.repetition == 0  # enough for figures
+    n_drawn = MOST_DRAWN if "response" in plan.report.figures else 1
+    with_curves = run.repetition < n_drawn
     return plan.cells[run.cell].settings, plan.seeds(run), journal, with_curves
 
 
