@@ -18,7 +18,7 @@ from bench.plan.plan import Plan
 from bench.reports.identification.course_charts import figure_number
 from ksmea.arrays import Array
 from ksmea.records.curves import FineResponses, ResponseCurves, as_array
-from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Words, broken
+from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken
 from ksmea.show.charts.colours import CATEGORIES, CONTEXT, MEASURED, MODEL, PAPER
 from ksmea.show.text import two_digits
 from ksmea.units import MICROMETRE, RPM
@@ -26,6 +26,8 @@ from ksmea.units import MICROMETRE, RPM
 Kind = Literal["identified", "surrogate"]
 
 AMPLITUDE, DIFFERENCE, SPEED = "amplitude (µm 0-peak)", "difference (%)", "speed (rpm)"
+LOW_PART = 5  # per cent of the differences may lie below their axis
+ROOM_FOR_WORDS = 4.0  # of the largest difference
 LEAST = 1e-3  # per cent: smaller differences are drawn as this
 PAPER_SAMPLES = {"table2": 100, "table3": 100, "table8": 200}  # of the cell that the paper draws
 NAMES = {
@@ -102,7 +104,8 @@ def agreement_chart(plan: Plan, cell: int, kind: Kind, found: Sequence[Agreement
     """The best and the worst repetition of a cell side by side: for each channel both responses, and their difference below."""
     ranked = sorted(found, key=lambda each: each.size)
     shown = {"best": ranked[0], "worst": ranked[-1]} if len(ranked) > 1 else {"": ranked[0]}
-    stacks = tuple(tuple(_stack(each, kind, _heading(name, each, len(ranked)))) for name, each in shown.items())
+    y = _difference_axis(list(shown.values()))
+    stacks = tuple(tuple(_stack(each, kind, y, _heading(name, each, len(ranked)))) for name, each in shown.items())
     first, second = ranked[0].names
     number = figure_number(plan, kind)
     name = cell_name(plan, plan.cells[cell]) if len(plan.cells) > 1 else ""
@@ -135,13 +138,21 @@ def _heading(name: str, of: Agreement, n: int) -> str:
     return f"{name} of {n} repetitions, {of.curves.channels[0]}" if name else of.curves.channels[0]
 
 
-def _stack(of: Agreement, kind: Kind, heading: str) -> Iterator[Panel]:
+def _stack(of: Agreement, kind: Kind, y: Axis, heading: str) -> Iterator[Panel]:
     for column, channel in enumerate(of.curves.channels):
         x = Axis(SPEED, group="speed")
         elements = tuple(_responses(of, kind, column))
         title = heading if column == 0 else channel
         yield Panel(elements, x, Axis(AMPLITUDE, "log", group="amplitude"), title, 2.1)
-        yield Panel(tuple(_differences(of, kind, column)), x, Axis(DIFFERENCE, "log", group="difference"), height=1.1)
+        yield Panel(tuple(_differences(of, kind, column)), x, y, height=1.1)
+
+
+def _difference_axis(every: Sequence[Agreement]) -> Axis:
+    """From below nearly all differences, so that changes of their sign are cut off, to above the largest, for its words."""
+    found = np.concatenate([each.difference[np.isfinite(each.difference)] for each in every])
+    low, high = float(np.percentile(found, LOW_PART)), float(np.max(found))
+    low = max(10.0 ** np.floor(np.log10(max(low, LEAST))), LEAST)
+    return Axis(DIFFERENCE, "log", low, max(high, 10 * low) * ROOM_FOR_WORDS, group="difference")
 
 
 def _responses(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
@@ -181,7 +192,6 @@ def _differences(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
     values = np.maximum(of.difference[:, column], LEAST)
     is_at_points = kind == "surrogate" or of.names[0] == NAMES["measured"]
     said = "{y:.2g} % at {x:.0f} rpm"
-    yield Level(at=1.0, label="1 %")
     if is_at_points:
         yield Points(of.speed, values, size=2.6, colour=PAPER, said=said)
     else:
@@ -209,9 +219,7 @@ def mesh_chart(coarse: ResponseCurves, fine: ResponseCurves) -> Chart:
             _line(of, of.other[:, column], "21 elements", MODEL, 1.2),
         )
         above = Panel(elements, x, Axis(AMPLITUDE, "log", group="amplitude"), channel, 2.4)
-        below = Panel(
-            tuple(_differences(of, "identified", column)), x, Axis(DIFFERENCE, "log", group="difference"), height=1.2
-        )
+        below = Panel(tuple(_differences(of, "identified", column)), x, _difference_axis([of]), height=1.2)
         stacks.append((above, below))
     speed, _, missed = of.worst()
     middle = float(np.nanmedian(of.difference))

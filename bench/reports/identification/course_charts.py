@@ -60,9 +60,9 @@ def _updates_finding(plan: Plan, of_cells: Sequence[Sequence[Sequence[UpdateReco
         if counts := [len(history) for history in found if history]:
             medians.setdefault(str(cell.place.get("label") or ""), []).append(float(np.median(counts)))
     if not medians:
-        return "no run has updated its surrogate yet"
+        return "No run has updated its surrogate yet"
     ranges = [f"{label}: {_range(values)}" if label else _range(values) for label, values in medians.items()]
-    return f"updating steps until the end of a run (median): {', '.join(ranges)}"
+    return f"Updating steps until the end of a run (median): {', '.join(ranges)}"
 
 
 def _range(values: Sequence[float]) -> str:
