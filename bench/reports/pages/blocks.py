@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from itertools import count
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ from ksmea.show.text import number
 
 LONGEST_CELL = 300  # characters
 MOST_ROWS = 300  # of a table on a page; its file has all
+MOST_STILLS = 60_000  # bytes of pictures in place of plots on a page; further ones are files next to it
 DIGITS = 6  # of numbers in plots: more than a screen shows
 TABLE_DIGITS = 5
 NONE = "–"  # in place of a value that is not there
@@ -49,6 +51,7 @@ class Blocks:
         self._drawings = drawings
         self._number = count(1) if numbers is None else numbers
         self._is_folded = is_folded  # plots then have no picture in their place: it would weigh as much as all else
+        self._left = MOST_STILLS
         self.has_plots = False
 
     def html(self, block: Block) -> str:
@@ -88,10 +91,7 @@ class Blocks:
 
     def _plot(self, plot: Plot) -> str:
         controls = "".join(_select(control) for control in plot.controls)
-        buttons = "".join(
-            f'<button type="button" data-do="{name}"{f" aria-label={chr(34)}{label}{chr(34)}" if label != shown else ""}>{shown}</button>'
-            for name, shown, label in BUTTONS
-        )
+        buttons = '<button type="button" data-do="reset">Reset</button>'
         figure = inert(plot.figure)
         return self._figure(plot.title, plot.alternative, figure, f"{controls}{buttons}", plot.height, plot.still)
 
@@ -109,15 +109,24 @@ class Blocks:
     ) -> str:
         self.has_plots = True
         name = f"{plot_type}-{next(self._number)}"
-        instead = self._image(still, alternative) if still in self._drawings and not self._is_folded else ""
+        instead = self._instead(still, alternative)
         return (
-            f'<figure class="plot" id="{name}" data-kind="{plot_type}"><h3>{safe(title)}</h3>'
+            f'<figure class="plot" id="{name}" data-kind="{plot_type}" data-name="{safe(Path(still).stem or name)}"><h3>{safe(title)}</h3>'
             f'<div class="controls" hidden>{controls}</div>'
             f'<div class="canvas" role="img" aria-label="{safe(alternative)}" style="height:{height}px" hidden></div>'
-            f'<div class="still">{instead or "<p>This plot needs JavaScript; its numbers are in the files below.</p>"}</div>'
-            f"<figcaption>{safe(alternative)}</figcaption>"
+            f'<div class="still">{instead}</div>'
+            f'<figcaption>{safe(alternative)}</figcaption><p class="save" hidden>Save {SAVE}</p>'
             f'<script type="application/json">{script_json(spec)}</script></figure>'
         )
+
+    def _instead(self, still: str, alternative: str) -> str:
+        """In place of a plot where no script runs: its picture, or of large or folded ones a link to its file."""
+        if still not in self._drawings:
+            return "<p>This plot needs JavaScript; its numbers are in the files below.</p>"
+        if self._is_folded or len(self._drawings[still]) > self._left:
+            return f'<p><a href="{safe(still)}">{safe(still)}</a></p>'
+        self._left -= len(self._drawings[still])
+        return self._image(still, alternative)
 
     def _picture(self, picture: Picture) -> str:
         if picture.name not in self._drawings:
@@ -132,12 +141,8 @@ class Blocks:
         return f'<img alt="{safe(alternative)}" src="data:image/png;base64,{data}">'
 
 
-BUTTONS = (
-    ("in", "+", "zoom in"),
-    ("out", "−", "zoom out"),
-    ("reset", "Reset", "Reset"),
-    ("save", "Save PNG", "Save PNG"),
-)
+FORMATS = ("PNG", "SVG", "CSV")  # in which a figure is saved from its page
+SAVE = " · ".join(f'<button type="button" data-do="{name.lower()}">{name}</button>' for name in FORMATS)
 
 
 def script_json(value: Any) -> str:

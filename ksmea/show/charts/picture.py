@@ -11,12 +11,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from ksmea.show.charts import chart as of
 from ksmea.show.charts.chart import Axis, Chart, Element, Panel
 from ksmea.show.charts.colours import GROUND, INK, ON_PAPER
 from ksmea.show.charts.locators import plain_ticks
 
+DPI, N_COLOUR = 130, 256
 LINES: dict[str, Any] = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
 MARKERS = {
     "": "", "circle": "o", "square": "s", "diamond": "D", "triangle down": "v", "triangle up": "^", "triangle left": "<", "triangle right": ">",
@@ -120,8 +123,15 @@ def figure_of(axes: Axes) -> Figure:
 
 
 def _png(made: Figure, about: dict[str, str] | None = None) -> bytes:
-    content = io.BytesIO()
-    made.savefig(content, format="png", dpi=130, metadata=about)
+    """The figure in 256 colours, which takes about a third of the memory and looks alike: it has few hues."""
+    drawn_content, content = io.BytesIO(), io.BytesIO()
+    made.savefig(drawn_content, format="png", dpi=DPI)
+    words = PngInfo()
+    for name, text in (about or {}).items():
+        words.add_itxt(name, text)
+    with Image.open(drawn_content) as image:
+        flat = image.convert("RGB").quantize(N_COLOUR, dither=Image.Dither.NONE)
+    flat.save(content, format="png", pnginfo=words, dpi=(DPI, DPI), optimize=True)
     return content.getvalue()
 
 
