@@ -175,11 +175,11 @@ def _responses(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
         )
         return
     if first != NAMES["measured"]:
-        yield _line(of, of.reference[:, column], first, CONTEXT, 4.0, 0.55)
+        yield _line(of, of.reference[:, column], first, CONTEXT, 4.0, 0.4)
     yield _line(of, of.other[:, column], second, MODEL, 1.2)
     if measured is not None:
         yield Points(
-            speed, as_array(measured)[:, column] / MICROMETRE, size=2.6, name=NAMES["measured"], colour=MEASURED
+            speed, as_array(measured)[:, column] / MICROMETRE, size=3.4, name=NAMES["measured"], colour=MEASURED
         )
 
 
@@ -215,7 +215,7 @@ def mesh_chart(coarse: ResponseCurves, fine: ResponseCurves) -> Chart:
     for column, channel in enumerate(coarse.channels):
         x = Axis(SPEED, group="speed")
         elements = (
-            _line(of, of.reference[:, column], "13 elements", CONTEXT, 4.0, 0.55),
+            _line(of, of.reference[:, column], "13 elements", CONTEXT, 4.0, 0.4),
             _line(of, of.other[:, column], "21 elements", MODEL, 1.2),
         )
         above = Panel(elements, x, Axis(AMPLITUDE, "log", group="amplitude"), channel, 2.4)
