@@ -109,6 +109,7 @@ MOST = 2000  # of each run, before those of peaks
 BENT = 0.01  # of ln|q|: 1 % of an amplitude, the width of a line
 MAX_ROUNDS = 12  # of halving: of 1/100 of a band 2e-6 of it is left
 IN_A_PEAK = 40  # speeds within a half-power width
+WIDTHS = 2  # half-power widths about a peak that have as many each
 HALF_POWER = float(np.log(2) / 2)  # below a peak of ln|q|
 
 
@@ -161,11 +162,13 @@ def _merged(speed: Array, sizes: Array, more: Array, more_sizes: Array) -> tuple
 
 
 def _with_full_peaks(speed: Array, sizes: Array) -> Array:
-    """Speeds with at least 40 in each half-power width inside their band."""
+    """Speeds with at least 40 in each half-power width, and as near to each other in half a width on both sides of it."""
     full = speed
     for low, high in (ends for size in sizes.T for ends in half_power_widths(speed, size)):
-        if np.count_nonzero((full >= low) & (full <= high)) < IN_A_PEAK:
-            full = np.union1d(full, np.linspace(low, high, IN_A_PEAK))
+        room = (WIDTHS - 1) / 2 * (high - low)
+        low, high = max(low - room, speed[0]), min(high + room, speed[-1])
+        if np.count_nonzero((full >= low) & (full <= high)) < WIDTHS * IN_A_PEAK:
+            full = np.union1d(full, np.linspace(low, high, WIDTHS * IN_A_PEAK))
     return full
 
 

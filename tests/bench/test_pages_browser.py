@@ -95,14 +95,16 @@ def test_each_figure_is_saved_as_picture_and_as_its_own_numbers(driver, many, tm
     for kind, begins in (("png", b"\x89PNG"), ("svg", b"<svg"), ("csv", b"x axis,y axis,series")):
         driver.execute_script("arguments[0].click()", figure.find_element("css selector", f".save [data-do={kind}]"))
         file = tmp_path / f"{name}.{kind}"
-        WebDriverWait(driver, 30).until(lambda _: file.exists() and file.stat().st_size)
+        WebDriverWait(driver, 30).until(lambda _, file=file: file.exists() and file.stat().st_size)
         assert file.read_bytes().startswith(begins)
     saved = pd.read_csv(tmp_path / f"{name}.csv")
     shown_points = driver.execute_script(
         "return arguments[0].data.filter((each) => each.visible !== false).map((each) => [each.name, [...each.x], [...each.y]])",
         figure.find_element("css selector", ".canvas"),
     )
-    expected = [(name, x, y) for name, xs, ys in shown_points for x, y in zip(xs, ys) if x is not None and y is not None]
+    expected = [
+        (name, x, y) for name, xs, ys in shown_points for x, y in zip(xs, ys) if x is not None and y is not None
+    ]
     assert len(saved) == len(expected)
     assert saved["x"].to_numpy() == pytest.approx([x for _, x, _ in expected])
     assert saved["y"].to_numpy() == pytest.approx([y for *_, y in expected])

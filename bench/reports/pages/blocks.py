@@ -98,7 +98,7 @@ class Blocks:
     def _orbits(self, orbits: Orbits) -> str:
         last = len(orbits.speed) - 1
         slider = (
-            f'<label>speed <input type="range" min="0" max="{last}" value="{last // 2}" step="1" data-orbit></label>'
+            f'<label>speed <input type="range" min="0" max="{last}" value="{orbits.first}" step="1" data-orbit></label>'
             ' <output aria-live="polite"></output>'
         )
         spec = {"speed": orbits.speed, "planes": orbits.planes}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
@@ -100,9 +101,10 @@ def figure(chart: Chart) -> ShownFigure:
 
 
 def on_axes(chart: Chart, axes: Axes) -> Figure:
-    """The first panel of a chart on axes of others, with a legend of its own."""
-    _draw(axes, chart.panels[0])
-    _finish(axes, chart.panels[0])
+    """The main panel of a chart on axes of others, with a legend of its own."""
+    panel = chart.panels[chart.main]
+    _draw(axes, panel)
+    _finish(axes, panel if panel.title else replace(panel, title=chart.panels[0].title))
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         axes.legend(handles, labels, fontsize=SMALL, frameon=False)
@@ -110,7 +112,7 @@ def on_axes(chart: Chart, axes: Axes) -> Figure:
 
 
 def drawn(chart: Chart, axes: Axes | None = None) -> Figure:
-    """A chart as a figure of its own, or its first panel on given axes."""
+    """A chart as a figure of its own, or its main panel on given axes."""
     return figure(chart) if axes is None else on_axes(chart, axes)
 
 

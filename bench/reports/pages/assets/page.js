@@ -182,7 +182,7 @@
 
   function drawOrbits(figure, canvas, spec) {
     const slider = figure.querySelector("input"), output = figure.querySelector("output");
-    const colours = { measured: "#d1581f", model: "#2b7ab8" }, names = Object.keys(spec.planes);
+    const colours = { measured: "#7a7a7a", model: "#2b7ab8" }, names = Object.keys(spec.planes);
     const turn = Array.from({ length: 73 }, (_, step) => (2 * Math.PI * step) / 72);
     const layout = { autosize: true, margin: { l: 56, r: 10, t: 56, b: 46 }, showlegend: true, dragmode: false,
       font: { size: 12, family: "system-ui, sans-serif" }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
