@@ -123,8 +123,9 @@ class ResponseCurves:
         """Raise `SettingError` if curves are not as long as their speeds, or not of each channel."""
         for name in ("measured", "identified", "predicted", "modelled", "true"):
             check_shape(f"curves.{name}", getattr(self, name), len(self.speed), len(self.channels))
-        for name in ("identified", "modelled", "true") if self.fine is not None else ():
-            check_shape(f"curves.fine.{name}", getattr(self.fine, name), len(self.fine.speed), len(self.channels))
+        if self.fine is not None:
+            for name in ("identified", "modelled", "true"):
+                check_shape(f"curves.fine.{name}", getattr(self.fine, name), len(self.fine.speed), len(self.channels))
 
 
 def row(values: Array, digits: int = DIGITS) -> Row:

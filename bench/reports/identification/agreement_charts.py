@@ -162,7 +162,8 @@ def _responses(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
         fine = of.curves.fine
         if fine is not None and fine.modelled is not None:
             curve = as_array(fine.speed) / RPM, as_array(fine.modelled)[:, column] / MICROMETRE
-            yield Line(*(broken(part, fine.breaks) for part in curve), width=1.4, name=first, colour=MODEL)
+            x, y = (broken(part, fine.breaks) for part in curve)
+            yield Line(x, y, width=1.4, name=first, colour=MODEL)
         else:
             yield _line(of, of.reference[:, column], first, MODEL, 1.4)
         yield Points(

@@ -22,6 +22,7 @@ CHARACTER = 0.006  # part of the width, of a word beside an axis
 HEADING = 22  # px, for the title of a panel
 PLAIN_EXPONENT = 6  # numbers up to 10 to this power are written out on axes
 STANDOFF = 6  # px between the numbers of an axis and its title
+LEAST_LOG, MOST_LOG = 4.0, 400.0  # of a logarithmic axis whose ticks are at 1, 2 and 5, its end over its beginning
 LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they stand at 1, 2 and 5 or at powers
 ROOM = 0.05  # of what an axis shows, at its ends
 FEW = 6  # stacks that a page shows side by side; of more, one at a time, by choice
@@ -158,6 +159,8 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.
             own |= {"matches": first} if first not in ("", f"{side}{end}") else {}
             if side == "y" and _is_named_beside(panel, beside[number]):
                 own |= {"title": {"text": ""}} | ({} if scale.ticks is None else {"showticklabels": False})
+            if any(isinstance(each, of.Heat) for each in panel.elements):
+                own |= {"showgrid": False}
             if side == "x" and _is_named_below(shown, next(each for each in numbers if number in each), number):
                 own |= {"showticklabels": False, "title": {"text": ""}}
             made[f"{side}axis{end}"] = own
@@ -226,7 +229,11 @@ def _axis(scale: Axis, panels: Sequence[Panel], side: str) -> Layout:
     }  # fmt: skip
     place = place_on(scale)
     if scale.scale == "log":
-        made |= {"type": "log", "tickformat": "~g", "nticks": LOG_TICKS}
+        low, high = (
+            (scale.low, scale.high) if scale.low and scale.high else ends_of(panels, "x" if side == "x" else "y")
+        )
+        few = {"dtick": "D2"} if LEAST_LOG < high / low < MOST_LOG else {"nticks": LOG_TICKS}
+        made |= {"type": "log", "tickformat": "~g", **few}
     elif scale.scale == "linear":
         made |= {"type": "linear", "minexponent": PLAIN_EXPONENT}
     else:
