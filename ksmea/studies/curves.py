@@ -110,6 +110,7 @@ BENT = 0.01  # of ln|q|: 1 % of an amplitude, the width of a line
 MAX_ROUNDS = 12  # of halving: of 1/100 of a band 2e-6 of it is left
 IN_A_PEAK = 40  # speeds within a half-power width
 WIDTHS = 2  # half-power widths about a peak that have as many each
+MOST_PARTS = 2 * WIDTHS * IN_A_PEAK  # of a gap between two speeds
 HALF_POWER = float(np.log(2) / 2)  # below a peak of ln|q|
 
 
@@ -162,13 +163,17 @@ def _merged(speed: Array, sizes: Array, more: Array, more_sizes: Array) -> tuple
 
 
 def _with_full_peaks(speed: Array, sizes: Array) -> Array:
-    """Speeds with at least 40 in each half-power width, and as near to each other in half a width on both sides of it."""
+    """Speeds that are no farther apart than 1/40 of each half-power width in it and in half a width on both sides."""
     full = speed
     for low, high in (ends for size in sizes.T for ends in half_power_widths(speed, size)):
-        room = (WIDTHS - 1) / 2 * (high - low)
-        low, high = max(low - room, speed[0]), min(high + room, speed[-1])
-        if np.count_nonzero((full >= low) & (full <= high)) < WIDTHS * IN_A_PEAK:
-            full = np.union1d(full, np.linspace(low, high, WIDTHS * IN_A_PEAK))
+        step, room = (high - low) / IN_A_PEAK, (WIDTHS - 1) / 2 * (high - low)
+        within = np.flatnonzero((full[1:] > low - room) & (full[:-1] < high + room))  # gaps, by their lower ends
+        parts = np.ceil((full[within + 1] - full[within]) / step).astype(int)
+        added = [
+            np.linspace(full[at], full[at + 1], n_part + 1)[1:-1]
+            for at, n_part in zip(within, np.minimum(parts, MOST_PARTS))
+        ]
+        full = np.union1d(full, np.concatenate([np.empty(0), *added]))
     return full
 
 

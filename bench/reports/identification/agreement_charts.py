@@ -18,6 +18,7 @@ from bench.plan.plan import Plan
 from bench.reports.identification.course_charts import figure_number
 from ksmea.arrays import Array
 from ksmea.records.curves import FineResponses, ResponseCurves, as_array
+from ksmea.records.record import rounded
 from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken
 from ksmea.show.charts.colours import CATEGORIES, CONTEXT, MEASURED, MODEL, PAPER
 from ksmea.show.text import two_digits
@@ -28,7 +29,8 @@ Kind = Literal["identified", "surrogate"]
 AMPLITUDE, DIFFERENCE, SPEED = "amplitude (µm 0-peak)", "difference (%)", "speed (rpm)"
 LOW_PART = 5  # per cent of the differences may lie below their axis
 ROOM_FOR_WORDS = 4.0  # of the largest difference
-LEAST = 1e-3  # per cent: smaller differences are drawn as this
+DIGITS = 4  # of values of lines: less than a line's width
+LEAST = 1e-2  # per cent: smaller differences are drawn as this
 PAPER_SAMPLES = {"table2": 100, "table3": 100, "table8": 200}  # of the cell that the paper draws
 NAMES = {
     "true": "original",
@@ -161,7 +163,7 @@ def _responses(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
     if kind == "surrogate":
         fine = of.curves.fine
         if fine is not None and fine.modelled is not None:
-            curve = as_array(fine.speed) / RPM, as_array(fine.modelled)[:, column] / MICROMETRE
+            curve = as_array(fine.speed) / RPM, _drawn(as_array(fine.modelled)[:, column] / MICROMETRE)
             x, y = (broken(part, fine.breaks) for part in curve)
             yield Line(x, y, width=1.4, name=first, colour=MODEL)
         else:
@@ -185,8 +187,13 @@ def _responses(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
 
 
 def _line(of: Agreement, values: Array, name: str, colour: str, width: float, opacity: float = 1.0) -> Line:
-    x, y = (broken(part, of.breaks) for part in (of.speed, values))
+    x, y = (broken(part, of.breaks) for part in (of.speed, _drawn(values)))
     return Line(x, y, width=width, name=name, colour=colour, opacity=opacity)
+
+
+def _drawn(values: Array) -> Array:
+    """Values as a line shows them: a page is smaller by what nobody sees."""
+    return np.array([rounded(value, DIGITS) if np.isfinite(value) else np.nan for value in values.tolist()])
 
 
 def _differences(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
@@ -196,14 +203,20 @@ def _differences(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
     if is_at_points:
         yield Points(of.speed, values, size=2.6, colour=PAPER, said=said)
     else:
-        x, y = (broken(part, of.breaks) for part in (of.speed, values))
+        x, y = (broken(part, of.breaks) for part in (of.speed, _drawn(values)))
         yield Line(x, y, width=1.0, colour=PAPER, said=said)
     speed, worst, missed = of.worst()
     if worst == column and missed > LEAST:
         side: Literal["left", "right"] = "right" if speed > np.mean(of.speed[[0, -1]]) else "left"
-        offset = (-5.0 if side == "right" else 5.0, -1.0)
+        offset = (4.0 if side == "right" else -4.0, 3.0)
         yield Words(
-            x=speed, y=missed, text=f"{_per_cent(missed)} at {speed:.0f} rpm", offset=offset, side=side, colour=PAPER
+            x=speed,
+            y=missed,
+            text=f"{_per_cent(missed)} at {speed:.0f} rpm",
+            offset=offset,
+            side=side,
+            edge="bottom",
+            colour=PAPER,
         )
 
 

@@ -128,23 +128,15 @@ def _curves(plan: Plan, courses: Courses) -> Iterator[Block]:
 
 
 FILES: dict[Kind, str] = {"identified": "response", "surrogate": "surrogate"}
-MOST_FOLDED = 3  # further cells whose responses a page shows
 
 
 def _responses(plan: Plan, courses: Courses) -> Iterator[Block]:
-    """Responses of the cell that the paper draws, as pictures too, and those of further cells folded. Of a table of the paper only its
-    own figures are drawn."""
-    first = drawn_cell(plan)
-    cells = [first, *(cell for cell in courses.curves if cell != first)]
-    own = [kind for kind in FILES if figure_number(plan, kind)]
-    folded: list[Block] = []
-    for kind in own or FILES:
-        found = {cell: _agreements(courses.curves.get(cell, ()), kind) for cell in cells}
-        charts = [partial(agreement_chart, plan, cell, kind, each) for cell, each in found.items() if each]
-        yield from (Drawn(chart, f"{plan.name}_{FILES[kind]}.png") for chart in charts[:1])
-        folded += [] if own else map(Drawn, charts[1 : 1 + MOST_FOLDED])
-    if folded:
-        yield Folded("Responses of further cells", tuple(folded))
+    """Responses of the cell that the paper draws, else of the first one that has any. Of a table of the paper only its own figures."""
+    cells = [drawn_cell(plan), *courses.curves]
+    for kind in [each for each in FILES if figure_number(plan, each)] or FILES:
+        found = ((cell, _agreements(courses.curves.get(cell, ()), kind)) for cell in cells)
+        if (first := next((each for each in found if each[1]), None)) is not None:
+            yield Drawn(partial(agreement_chart, plan, first[0], kind, first[1]), f"{plan.name}_{FILES[kind]}.png")
 
 
 def _agreements(curves: Sequence[ResponseCurves], kind: Kind) -> list[Agreement]:

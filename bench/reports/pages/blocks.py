@@ -36,7 +36,7 @@ from ksmea.show.text import number
 
 LONGEST_CELL = 300  # characters
 MOST_ROWS = 300  # of a table on a page; its file has all
-MOST_STILLS = 60_000  # bytes of pictures in place of plots on a page; further ones are files next to it
+MOST_STILLS = 30_000  # bytes of pictures in place of plots on a page; further ones are files next to it
 DIGITS = 6  # of numbers in plots: more than a screen shows
 TABLE_DIGITS = 5
 NONE = "–"  # in place of a value that is not there
