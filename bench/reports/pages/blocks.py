@@ -36,7 +36,8 @@ from ksmea.show.text import number
 
 LONGEST_CELL = 300  # characters
 MOST_ROWS = 300  # of a table on a page; its file has all
-MOST_STILLS = 30_000  # bytes of pictures in place of plots on a page; further ones are files next to it
+MOST_STILLS = 60_000  # bytes of pictures in place of plots on a page; further ones are files next to it
+LEAST_SHARED = 50  # numbers of a list that traces share
 DIGITS = 6  # of numbers in plots: more than a screen shows
 TABLE_DIGITS = 5
 NONE = "–"  # in place of a value that is not there
@@ -92,7 +93,7 @@ class Blocks:
     def _plot(self, plot: Plot) -> str:
         controls = "".join(_select(control) for control in plot.controls)
         buttons = '<button type="button" data-do="reset">Reset</button>'
-        figure = inert(plot.figure)
+        figure = with_shared(plain(inert(plot.figure)))
         return self._figure(plot.title, plot.alternative, figure, f"{controls}{buttons}", plot.height, plot.still)
 
     def _orbits(self, orbits: Orbits) -> str:
@@ -143,6 +144,28 @@ class Blocks:
 
 FORMATS = ("PNG", "SVG", "CSV")  # in which a figure is saved from its page
 SAVE = " · ".join(f'<button type="button" data-do="{name.lower()}">{name}</button>' for name in FORMATS)
+
+
+def with_shared(figure: dict[str, Any]) -> dict[str, Any]:
+    """A figure whose traces name equal long lists of x or y by their number in `shared`: panels often show the same speeds.
+
+    >>> x = list(range(60))
+    >>> [trace["x"] for trace in with_shared({"data": [{"x": x}, {"x": x}]})["data"]]
+    [{'shared': 0}, {'shared': 0}]
+    """
+    lists: dict[str, int] = {}
+    shared: list[Any] = []
+    traces = []
+    for trace in figure.get("data", ()):
+        named = {}
+        for side in ("x", "y"):
+            values = trace.get(side)
+            if isinstance(values, list) and len(values) >= LEAST_SHARED:
+                number = lists.setdefault(repr(values), len(shared))
+                shared += [values] if number == len(shared) else []
+                named[side] = {"shared": number}
+        traces.append({**trace, **named})
+    return {**figure, "data": traces, "shared": shared} if shared else figure
 
 
 def script_json(value: Any) -> str:

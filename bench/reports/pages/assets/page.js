@@ -45,6 +45,8 @@
 
   function draw(figure) {
     const spec = JSON.parse(figure.querySelector("script").textContent);
+    for (const trace of spec.data ?? [])
+      for (const side of ["x", "y"]) if (trace[side]?.shared !== undefined) trace[side] = spec.shared[trace[side].shared];
     const canvas = figure.querySelector(".canvas");
     for (const part of [canvas, figure.querySelector(".controls")]) part.hidden = false;
     figure.querySelector(".still").hidden = true;
