@@ -127,7 +127,8 @@ class _Queue:
             run = self._runs[self._waiting.popleft()]
             shows_itself = len(self._claims.todo) == 1 and not is_quiet()
             plugins, outside = self._of_cell(run.cell)
-            arguments = (*_arguments(self._plan, run, self._job), shows_itself, plugins, self._n_per_run)
+            with_fine = _with_responses(self._plan, run)
+            arguments = (*_arguments(self._plan, run, self._job), shows_itself, plugins, self._n_per_run, with_fine)
             yield Given(run, arguments, outside)
 
     def _of_cell(self, cell: int) -> tuple[dict[str, dict[str, str]], str]:
@@ -178,9 +179,13 @@ def own_modules(plan: Plan) -> list[str]:
 
 def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:
     journal = _journal(run, job) if job.journal else None
-    n_drawn = MOST_DRAWN if "response" in plan.report.figures else 1
-    with_curves = run.repetition < n_drawn
+    with_curves = run.repetition == 0 or _with_responses(plan, run)
     return plan.cells[run.cell].settings, plan.seeds(run), journal, with_curves
+
+
+def _with_responses(plan: Plan, run: Run) -> bool:
+    """Whether a figure compares the response of a run with those of other repetitions."""
+    return "response" in plan.report.figures and run.repetition < MOST_DRAWN
 
 
 def _journal(run: Run, job: Job) -> Path:

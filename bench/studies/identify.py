@@ -122,7 +122,7 @@ class Identify(Study):
             channels = case.measurement.channels
             response = response[:, [channels.index(channel) for channel in used.measurement.channels]]
         record = record.with_truth(problem.parameters, setup.truth, response)
-        if record.curves is not None:
+        if draw.with_fine and record.curves is not None:
             record = dataclasses.replace(record, curves=_with_fine(record, record.curves, used, setup, draw))
         if setup.truth.keys() >= set(problem.parameters.names):
             near = _maximum_near(setup.true_x, used)
