@@ -13,7 +13,7 @@ from bench.plan.plan import read_plan
 from bench.reports.collect import collect
 from bench.reports.identification.agreement_charts import agreement, agreement_chart, mesh_chart
 from bench.reports.identification.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_chart, cost_frame, paper_cost
-from bench.reports.identification.course_charts import updates_chart
+from bench.reports.identification.course_charts import figure_number, updates_chart
 from bench.reports.identification.spread_chart import spread_chart
 from bench.reports.runs import runs_frame
 from bench.reports.tables import summary_frame
@@ -122,6 +122,23 @@ def test_the_summary_holds_quartiles_and_the_papers_values(plan, tmp_path):
 
 
 # -- from data made by hand --
+
+
+def test_figures_of_the_paper_have_its_numbers_and_say_what_was_found(plan):
+    """Figs. 3, 4, 6, 7, 10 and 11; a table without such a figure has no number."""
+    numbers = {
+        (table, kind): figure_number(
+            dataclasses.replace(plan, report=dataclasses.replace(plan.report, paper=table)), kind
+        )
+        for table in ("table2", "table3", "table4", "table8", None)
+        for kind in ("updates", "identified", "surrogate")
+    }
+    assert {key: said for key, said in numbers.items() if said} == {
+        ("table2", "updates"): "Fig. 3. ", ("table2", "surrogate"): "Fig. 4. ", ("table3", "identified"): "Fig. 6. ",
+        ("table3", "surrogate"): "Fig. 7. ", ("table8", "identified"): "Fig. 10. ", ("table8", "surrogate"): "Fig. 11. ",
+    }  # fmt: skip
+    histories = {run.key: [UpdateRecord((51e6, 2e-4), misfit=3.0)] * (run.cell + 2) for run in plan.runs}
+    assert updates_chart(plan, histories).title == "Updating steps until the end of a run (median): 2 to 3"
 
 
 def test_updates_of_runs_that_failed_are_left_out(plan):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bench.reports.response_blocks import orbits
 from ksmea import identify, load_problem, synthetic_measurement
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Level, Line, Points, Words
@@ -119,3 +120,9 @@ def test_loops_are_round_and_speeds_are_named(response):
         assert np.nanmax(turns) < 10
         speeds = [each.text for each in panel.elements if isinstance(each, Words) and each.has_ground]
         assert 3 <= len(speeds) <= LABELLED and all(each.isdigit() for each in speeds)
+
+
+def test_the_orbit_of_the_largest_misfit_is_seen_first(response):
+    seen = orbits(response)
+    misfit = np.abs(response.measured - response.at_speeds["fitted"]).max(axis=1)
+    assert seen.first == np.argmax(misfit) and f"{response.speed[seen.first]:.0f} rpm" in seen.title
