@@ -32,10 +32,11 @@ def execute(
     with_progress: bool = False,
     plugins: Mapping[str, Mapping[str, str]] = NO_FILES,
     workers: int = 1,
+    with_fine: bool = False,
 ) -> dict[str, Any]:
     """The record of a run; an error inside it is a record too, with its traceback.
 
-    `with_curves` adds the response curves that figures are made of, `with_progress` lets it show its own. With a
+    `with_curves` adds the response curves that figures are made of, `with_fine` those at more speeds, `with_progress` lets it show its own. With a
     journal, model evaluations that an earlier attempt finished are replayed from it. Generators that the process shares are
     seeded by the run and restored after it, so that a plugin that draws from them depends on nothing that ran before.
     `plugins` are plain files of plugins with the digests that they are planned with. At most `workers` processes share the run.
@@ -53,7 +54,7 @@ def execute(
             for plugin in filter(None, setup.plugins.values()):
                 for each in (plugin, *(part for part in plugin.parts if not isinstance(part, Study))):
                     seeded.enter_context(each.seeded(int(shared.integers(2**32))))
-            record = study.run(setup, Draw(seeds, journal, with_curves, with_progress, workers))
+            record = study.run(setup, Draw(seeds, journal, with_curves, with_progress, workers, with_fine))
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
         record = _failed(error).to_data()
     return {**record, "elapsed": time.perf_counter() - started}

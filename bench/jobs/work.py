@@ -30,6 +30,7 @@ from ksmea.plugins.files import OURS
 
 JOURNALS = "journals"
 GIGABYTE = 2**30
+MOST_DRAWN = 40  # repetitions whose responses figures compare
 LONGEST_REASON = 500  # characters of a log line
 SLOW_TO_IMPORT = ("scipy.stats",)  # imported where it is first used, which would be in each worker
 
@@ -132,7 +133,8 @@ class _Queue:
             run = self._runs[self._waiting.popleft()]
             shows_itself = len(self._claims.todo) == 1 and not is_quiet()
             plugins, outside = self._of_cell(run.cell)
-            arguments = (*_arguments(self._plan, run, self._job), shows_itself, plugins, self._n_per_run)
+            with_fine = _with_responses(self._plan, run)
+            arguments = (*_arguments(self._plan, run, self._job), shows_itself, plugins, self._n_per_run, with_fine)
             yield Given(run, arguments, outside)
 
     def _of_cell(self, cell: int) -> tuple[dict[str, dict[str, str]], str]:
@@ -185,8 +187,13 @@ def own_modules(plan: Plan) -> list[str]:
 
 def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:
     journal = _journal(run, job) if job.journal else None
-    with_curves = run.repetition == 0  # enough for figures
+    with_curves = run.repetition == 0 or _with_responses(plan, run)
     return plan.cells[run.cell].settings, plan.seeds(run), journal, with_curves
+
+
+def _with_responses(plan: Plan, run: Run) -> bool:
+    """Whether a figure compares the response of a run with those of other repetitions."""
+    return "response" in plan.report.figures and run.repetition < MOST_DRAWN
 
 
 def _journal(run: Run, job: Job) -> Path:

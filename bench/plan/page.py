@@ -102,14 +102,14 @@ class Drawn:
 class Orbits:
     """Orbits of the shaft at a speed to be chosen.
 
-    `speed` is in rpm; of each plane and kind ('measured', 'model') the phasors of x and y over speed as (re x, im x, re
-    y, im y) in µm.
-    """
+    `speed` is in rpm; of each plane and kind ('measured', 'model') the
+    phasors of x and y over speed as (re x, im x, re y, im y) in µm. `first` is the number of the speed that is seen first."""
 
     title: str
     alternative: str
     speed: tuple[float, ...]
     planes: Mapping[str, Mapping[str, tuple[tuple[float, float, float, float], ...]]]
+    first: int = 0
 
 
 @dataclass(frozen=True)

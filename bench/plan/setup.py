@@ -177,7 +177,8 @@ class Draw:
 
     `seeds` are given by component. `journal` is the file for model evaluations, None if no journal is kept.
     `with_curves` requests the response curves for figures. `with_progress` is True for the only run, which shows its
-    own progress. Up to `workers` processes may share the run.
+    own progress. Up to `workers` processes may share the run. `with_fine` adds responses at more speeds than were measured, which costs
+    some twenty evaluations of the model.
     """
 
     seeds: Mapping[str, list[int]]
@@ -185,3 +186,4 @@ class Draw:
     with_curves: bool = False
     with_progress: bool = False
     workers: int = 1
+    with_fine: bool = False

@@ -10,7 +10,7 @@ import pandas as pd
 from bench.jobs.records import read_records
 from bench.plan.plan import read_plan
 from bench.reports.collect import draw
-from bench.reports.identification.course_charts import mesh_chart
+from bench.reports.identification.agreement_charts import mesh_chart
 from bench.reports.identification.summary import curves_by_cell, for_figures
 from bench.reports.pages.document import PAGE
 from bench.reports.pages.index import write_index
@@ -36,7 +36,7 @@ def collect_all(output: Path, parts: Sequence[Path]) -> None:
     table = pd.concat(frames, ignore_index=True)
     table.insert(0, "table", table.pop("table"))
     replace_file(output / f"{output.name}.csv", csv_text(table).encode())
-    meshes = [curves[min(curves)] for name in ("table3", "table4") if (curves := true_responses.get(name))]
+    meshes = [curves[min(curves)][0] for name in ("table3", "table4") if (curves := true_responses.get(name))]
     drawn = draw(lambda: {"mesh.png": lambda: mesh_chart(*meshes)}, output)[0] if len(meshes) == 2 else {}
     write_index(output)
     written = [f"{output.name}.csv", *drawn, PAGE]

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
+import numpy as np
+
 from bench.plan.page import Block, Drawn, Orbits
 from ksmea.arrays import ComplexArray
 from ksmea.show.charts.chart import Chart
@@ -27,14 +29,16 @@ def response_blocks(response: Response, over_speed: Chart, file: str) -> Iterato
 def orbits(response: Response) -> Orbits:
     """The orbits of all planes with probes in two directions, measured and by the last model."""
     curves = {"measured": response.measured, "model": list(response.at_speeds.values())[-1]}
+    worst = int(np.argmax(np.max(np.abs(curves["measured"] - curves["model"]), axis=1)))
     return Orbits(
-        "Orbits",
+        f"Orbits; the model's largest misfit is at {response.speed[worst]:.0f} rpm",
         "The path of the shaft in each plane at a speed, measured (dotted) and modelled; dots: position at phase 0.",
         tuple(response.speed.tolist()),
         {
             place: {curve: _phasors(values[:, columns] @ to_xy.T) for curve, values in curves.items()}
             for place, (columns, to_xy) in response.planes().items()
         },
+        worst,
     )
 
 

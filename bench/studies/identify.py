@@ -21,16 +21,20 @@ from ksmea.likelihood.fisher import Point
 from ksmea.numerics.meter import JACOBIAN_AS_EVALUATIONS
 from ksmea.plugins import registry
 from ksmea.plugins.identification import Streams
+from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.problem.differences_problem import as_searched
 from ksmea.problem.journal import Journal, JournaledProblem
+from ksmea.records.curves import ResponseCurves, as_array
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.record import Record, finite
 from ksmea.records.trace import TraceRecord
 from ksmea.settings.settings import Settings, own_fields, setting
+from ksmea.studies.curves import fine_responses
 from ksmea.studies.enough_data import require_enough
 from ksmea.studies.identify import INPUTS, INTERVALS, IdentificationOptions, identification
 
+SAME_RESPONSE = 1e-5  # relative, of records
 IN_DETAIL = "identify_in_detail"  # name of the study with details
 
 
@@ -121,6 +125,8 @@ class Identify(Study):
             channels = case.measurement.channels
             response = response[:, [channels.index(channel) for channel in used.measurement.channels]]
         record = record.with_truth(problem.parameters, setup.truth, response)
+        if draw.with_fine and record.curves is not None:
+            record = dataclasses.replace(record, curves=_with_fine(record, record.curves, used, setup, draw))
         if setup.truth.keys() >= set(problem.parameters.names):
             near = _maximum_near(setup.true_x, used)
             if self.basin and near is not None and record.deviance is not None:
@@ -155,6 +161,26 @@ def _maximum_near(x: Array, case: Case) -> Point | None:
     with suppress(np.linalg.LinAlgError):
         return nearest_maximum(likelihood_of(case), case.problem.parameters.to_cube(x))
     return None
+
+
+def _with_fine(
+    record: IdentificationRecord, curves: ResponseCurves, used: Case, setup: Setup, draw: Draw
+) -> ResponseCurves:
+    """Curves with the models at more speeds than were measured.
+
+    The true response is among them if a problem of this setup makes it: data may come from another one."""
+    models = {"identified": (used.problem, record.x)}
+    if curves.modelled is not None and record.history:
+        models["modelled"] = (used.problem, np.array(record.history[-1].x))
+    if curves.true is not None and setup.truth.keys() >= set(setup.problem.parameters.names):
+        problem, x = setup.with_hidden(draw) or (used.problem, setup.true_x)
+        with suppress(SettingError):
+            made = np.abs(aligned(problem, used.measurement).response(x[None])[0])
+            if np.allclose(made, as_array(curves.true), rtol=SAME_RESPONSE):
+                models["true"] = (problem, x)
+    with suppress(SettingError):  # of a problem that has no response elsewhere
+        return dataclasses.replace(curves, fine=fine_responses(used.measurement, models))
+    return curves
 
 
 def _judged(trace: TraceRecord, setup: Setup, near: Point | None, case: Case) -> TraceRecord:

@@ -13,6 +13,7 @@ from ksmea.records.record import DRAWN_DIGITS, rounded
 from ksmea.units import ANGLE, SPEED, VIBRATION
 
 DIGITS = 8  # a figure of differences needs no more, and records stay small
+FINE_DIGITS = 6  # of responses whose difference is drawn
 SPEED_DIGITS = DRAWN_DIGITS + 2  # which part those of a sharp peak
 
 Row = tuple[float | None, ...]  # None: not finite
@@ -91,6 +92,19 @@ class FitCurves:
 
 
 @dataclass(frozen=True)
+class FineResponses:
+    """Amplitudes (m, 0-peak) of models at common speeds (rad/s), more than were measured.
+
+    Each is (n_speed, n_channel), None for a missing curve. Names and `breaks` are those of `ResponseCurves`."""
+
+    speed: Annotated[Row, SPEED]
+    identified: Annotated[Matrix | None, VIBRATION] = None
+    modelled: Annotated[Matrix | None, VIBRATION] = None
+    true: Annotated[Matrix | None, VIBRATION] = None
+    breaks: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
 class ResponseCurves:
     """Amplitudes (m, 0-peak) over speed (rad/s), (n_speed, n_channel) each; None for a missing curve.
 
@@ -107,11 +121,15 @@ class ResponseCurves:
     modelled: Annotated[Matrix | None, VIBRATION] = None
     true: Annotated[Matrix | None, VIBRATION] = None
     breaks: tuple[int, ...] = ()
+    fine: FineResponses | None = None  # None in older records
 
     def check(self) -> None:
         """Raise `SettingError` if curves are not as long as their speeds, or not of each channel."""
         for name in ("measured", "identified", "predicted", "modelled", "true"):
             check_shape(f"curves.{name}", getattr(self, name), len(self.speed), len(self.channels))
+        if self.fine is not None:
+            for name in ("identified", "modelled", "true"):
+                check_shape(f"curves.fine.{name}", getattr(self.fine, name), len(self.fine.speed), len(self.channels))
 
 
 def row(values: Array, digits: int = DIGITS) -> Row:

@@ -22,6 +22,7 @@ from ksmea.show.charts.responses import of_fit
 from ksmea.show.text import (
     ALIKE,
     alike_text,
+    capital,
     data_words,
     fit_verdict,
     hausman_lines,
@@ -155,7 +156,8 @@ def plot(record: IdentificationRecord, axes: Axes | None = None, title: str = ""
 def identification_chart(record: IdentificationRecord, title: str = "") -> Chart:
     """Data, fit and residuals over speed."""
     assert record.fit is not None, "a record without details"
-    return bode_chart(of_fit(record.fit), title or "Response over speed")
+    verdict = "" if record.lack_of_fit is None else capital(fit_verdict(record.lack_of_fit).removeprefix("fit: "))
+    return bode_chart(of_fit(record.fit), ": ".join(filter(None, [title, verdict])) or "Response over speed")
 
 
 def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:

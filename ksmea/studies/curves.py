@@ -2,12 +2,14 @@
 
 A response is drawn at few speeds where it is smooth, and at many at resonances, whose peaks would otherwise be cut off. Starting
 with the measured speeds and some even ones, each speed at which the logarithm of an amplitude bends is given neighbours half way to
-the next ones, until the curve between any two is straight as far as a figure shows.
+the next ones, until the curve between any two is straight as far as a figure shows. Each half-power width then gets 40 speeds, so that
+loops in the complex plane are round.
 """
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -21,7 +23,17 @@ from ksmea.plugins.identification import Identification
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
-from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, matrix, row
+from ksmea.records.curves import (
+    FINE_DIGITS,
+    SPEED_DIGITS,
+    FineCurve,
+    FineResponses,
+    FitCurves,
+    Polar,
+    ResponseCurves,
+    matrix,
+    row,
+)
 
 
 def fit_curves(case: Case, x: Array, noise: Noise | None) -> FitCurves:
@@ -54,7 +66,7 @@ def fine_curve(case: Case, x: Array) -> FineCurve:
     Phases are included if data have any. A problem without a response elsewhere is evaluated at the measured speeds.
     """
     try:
-        layout = fine_layout(case, x)
+        layout = fine_layout(case.measurement, [(case.problem, x)])
         return _curve(layout, aligned(case.problem, layout).response(x[None])[0])
     except SettingError:
         return _curve(case.measurement.layout, case.problem.response(x[None])[0])
@@ -86,28 +98,47 @@ def with_noise(case: Case, noise: Noise) -> Likelihood:
     return likelihood_of(case.of_measurement(dataclasses.replace(case.measurement, noise=noise)))
 
 
+def fine_responses(measurement: Measurement, models: Mapping[str, Model]) -> FineResponses:
+    """Amplitudes of models at common speeds that show the peaks of all of them.
+
+    Models are named as fields of the record.
+    """
+    layout = fine_layout(measurement, list(models.values()))
+    found = {name: np.abs(aligned(problem, layout).response(x[None])[0]) for name, (problem, x) in models.items()}
+    return FineResponses(
+        speed=row(layout.speed, SPEED_DIGITS),
+        breaks=layout.breaks,
+        **{name: matrix(amplitude, FINE_DIGITS) for name, amplitude in found.items()},
+    )
+
+
+Model = tuple[Problem, Array]  # with values (d,) SI of its unknowns
+
 N_EVEN = 100  # speeds of each run to begin with
-MOST = 1000  # of each run
-BENT = 0.06  # of ln|q|: 6 % of an amplitude, the width of a line
-MAX_ROUNDS = 10  # of halving: of 1/100 of a band 1e-5 of it is left
+MOST = 2000  # of each run, before those of peaks
+BENT = 0.01  # of ln|q|: 1 % of an amplitude, the width of a line
+MAX_ROUNDS = 12  # of halving: of 1/100 of a band 2e-6 of it is left
+IN_A_PEAK = 40  # speeds within a half-power width
+WIDTHS = 2  # half-power widths about a peak that have as many each
+MOST_PARTS = 2 * WIDTHS * IN_A_PEAK  # of a gap between two speeds
+HALF_POWER = float(np.log(2) / 2)  # below a peak of ln|q|
 
 
-def fine_layout(case: Case, x: Array) -> Layout:
-    """The layout of a measurement at speeds that suit the response at values x (d,) SI, run by run."""
-    problem, measurement = case.problem, case.measurement
+def fine_layout(measurement: Measurement, models: Sequence[Model]) -> Layout:
+    """The layout of a measurement at speeds that suit the responses of all models, run by run."""
     bands = [measurement.speed[rows] for rows in measurement.rows]
     speeds = [np.union1d(band, np.linspace(np.min(band), np.max(band), N_EVEN)) for band in bands]
-    sizes = _by_run(_sizes(problem, _layout(measurement, speeds), x), speeds)
+    sizes = _by_run(_sizes(models, _layout(measurement, speeds)), speeds)
     for _ in range(MAX_ROUNDS):
         added = [_between(*each) if len(each[0]) < MOST else np.empty(0) for each in zip(speeds, sizes)]
         if not any(len(each) for each in added):
             break
         new = [own if len(own) else speed[:1] for own, speed in zip(added, speeds)]  # a run without any is no run
-        found = _by_run(_sizes(problem, _layout(measurement, new), x), new)
+        found = _by_run(_sizes(models, _layout(measurement, new)), new)
         for index, own in enumerate(added):
             if len(own):
                 speeds[index], sizes[index] = _merged(speeds[index], sizes[index], own, found[index])
-    return _layout(measurement, speeds)
+    return _layout(measurement, [_with_full_peaks(*each) for each in zip(speeds, sizes)])
 
 
 def _layout(measurement: Measurement, speeds: list[Array]) -> Layout:
@@ -116,9 +147,9 @@ def _layout(measurement: Measurement, speeds: list[Array]) -> Layout:
     return dataclasses.replace(measurement.layout, speed=np.concatenate(speeds), campaign=campaign)
 
 
-def _sizes(problem: Problem, layout: Layout, x: Array) -> Array:
-    """ln|q| (n_speed, n_channel)."""
-    response = np.abs(aligned(problem, layout).response(x[None])[0])
+def _sizes(models: Sequence[Model], layout: Layout) -> Array:
+    """ln|q| (n_speed, n_channel of all models)."""
+    response = np.hstack([np.abs(aligned(problem, layout).response(x[None])[0]) for problem, x in models])
     return np.asarray(np.log(np.maximum(response, np.finfo(float).tiny)))
 
 
@@ -139,3 +170,37 @@ def _merged(speed: Array, sizes: Array, more: Array, more_sizes: Array) -> tuple
     together = np.concatenate([speed, more])
     order = np.argsort(together)
     return together[order], np.concatenate([sizes, more_sizes])[order]
+
+
+def _with_full_peaks(speed: Array, sizes: Array) -> Array:
+    """Speeds that are no farther apart than 1/40 of each half-power width.
+
+    That holds in each width and in half a width on both sides.
+    """
+    full = speed
+    for low, high in (ends for size in sizes.T for ends in half_power_widths(speed, size)):
+        step, room = (high - low) / IN_A_PEAK, (WIDTHS - 1) / 2 * (high - low)
+        within = np.flatnonzero((full[1:] > low - room) & (full[:-1] < high + room))  # gaps, by their lower ends
+        parts = np.ceil((full[within + 1] - full[within]) / step).astype(int)
+        added = [
+            np.linspace(full[at], full[at + 1], n_part + 1)[1:-1]
+            for at, n_part in zip(within, np.minimum(parts, MOST_PARTS))
+        ]
+        full = np.union1d(full, np.concatenate([np.empty(0), *added]))
+    return full
+
+
+def half_power_widths(speed: Array, size: Array) -> Iterator[tuple[float, float]]:
+    """Both ends of each peak of ln|q| (n_speed,), where |q| is lower by a factor √2.
+
+    A peak without both has no width.
+    """
+    for peak in np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1:
+        least = size[peak] - HALF_POWER
+        before, behind = np.flatnonzero(size[:peak] < least), np.flatnonzero(size[peak:] < least)
+        if len(before) and len(behind):
+            first, last = before[-1], peak + behind[0]
+            yield (
+                float(np.interp(least, size[first : first + 2], speed[first : first + 2])),
+                float(np.interp(-least, -size[last - 1 : last + 1], speed[last - 1 : last + 1])),
+            )

@@ -12,10 +12,11 @@ from scipy.stats import norm
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import ParameterFacts, all_runs
 from bench.reports.accuracy.calibration import CalibrationReport, basin_shares, calibration_frame
-from bench.reports.accuracy.calibration_page import LEAST_COVERED
+from bench.reports.accuracy.calibration_page import FAR, LEAST_COVERED, calibration_chart
 from bench.reports.runs import runs_frame
 from bench.storage.own_files import CONF
-from ksmea.show.charts.chart import Boxes, Points
+from ksmea.show.charts import interactive
+from ksmea.show.charts.chart import Boxes, Points, Words
 
 CRLB = 0.5e6  # N/m
 
@@ -118,6 +119,19 @@ def test_the_report_is_printed_tabled_and_drawn(plan, tmp_path):
     assert coverage.x.low == LEAST_COVERED < points.left[0]
     (boxes,) = [each for each in errors.elements if isinstance(each, Boxes)]
     assert [np.median(values) for values in boxes.values] == pytest.approx([0.0], abs=1e-9)
+
+
+def test_errors_beyond_the_axis_are_counted_at_its_ends():
+    frame = pd.DataFrame({"parameter": ["kxx", "kxx"], "cell_name": ["one", "other"]})
+    errors = {"kxx": [np.array([-9.0, -7.0, 0.0, 1.0, 100.0]), np.array([-1.0, 1.0])]}
+    chart = calibration_chart("two", frame, ["one", "other"], errors, [0.95])
+    [panel] = chart.panels
+    assert (panel.x.low, panel.x.high) == (-FAR, FAR) == (-6, 6)
+    told = [(each.x, each.y, each.text) for each in panel.elements if isinstance(each, Words)]
+    assert told == [(-6, 0, "◂ 2"), (6, 0, "1 ▸")]
+    assert chart.title == "two; nearest to the bound: other, rms error 1 CRLB; farthest: one, 45 CRLB"
+    notes = {note["text"] for note in interactive.plot(chart)["layout"]["annotations"]}
+    assert {"◂ 2", "1 ▸"} <= notes
 
 
 def test_coverage_is_asked_of_thousands_of_draws_from_honest_starts():

@@ -8,10 +8,10 @@ import pytest
 
 from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, Run
 from bench.reports.identification.factor_charts import cells_chart, factors_chart
-from bench.reports.identification.factors import headline, sweep_of, without_twins
+from bench.reports.identification.factors import cells_finding, headline, sweep_of, two_figures, without_twins
 from bench.reports.tables import as_text, summary_frame
 from ksmea.show.charts import interactive, picture
-from ksmea.show.charts.chart import Heat, Line
+from ksmea.show.charts.chart import Heat, Line, Span, Words
 
 FACTS = ParameterFacts("kxx", "MN/m", 1e6, truth=50e6, crlb=0.5e6)
 LEVELS = [(optimizer, noise, samples) for optimizer in ("pso", "de") for noise in (0.1, 0.05) for samples in (40, 100)]
@@ -68,7 +68,30 @@ def test_strength_is_worst_over_best_all_else_equal():
     assert sweep.strength["measurement.relative"] == pytest.approx((8 / 6 + 1.5) / 2)
     assert sweep.factors["optimizer"] == ("de", "pso")  # names by result
     assert sweep.factors["measurement.relative"] == (0.05, 0.1)  # numbers in order
-    assert headline(sweep).startswith("Optimizer matters most: pso has 6 times the error of de")
+    said = "Optimizer matters most: typical error 1.2 σ with de, 7.0 σ with pso (worst over best level 6.0 times"
+    assert headline(sweep) == f"{said}; relative noise 1.4)"
+    assert cells_finding(sweep) == "2 of 4 cells are above 2 σ; best: 1.0 σ with optimizer de, relative noise 0.05"
+
+
+def test_typical_levels_and_what_the_data_allow_stand_in_each_panel():
+    plan = plan_of()
+    sweep = sweep_of(plan, runs_of(plan, ERRORS))
+    chart = factors_chart(sweep)
+    assert len({(panel.y.low, panel.y.high) for panel in chart.panels}) == 1
+    for name, panel in zip(sweep.factors, chart.panels, strict=True):
+        typical = sweep.typical(name)
+        words = [each for each in panel.elements if isinstance(each, Words)]
+        assert [each.text for each in words] == [two_figures(value) for value in typical.values()]
+        assert [each.y for each in words] == list(typical.values())
+        [allowed] = [each for each in panel.elements if isinstance(each, Span)]
+        assert allowed.high == 2 and panel.y.low <= allowed.low
+    assert "as good as the data allow" in chart.caption
+
+
+def test_a_heat_map_has_no_grid_on_its_page():
+    plan = plan_of()
+    layout = interactive.plot(cells_chart(sweep_of(plan, runs_of(plan, ERRORS))))["layout"]
+    assert not layout["xaxis"]["showgrid"] and not layout["yaxis"]["showgrid"]
 
 
 def test_cells_with_the_same_runs_are_merged_and_said():
@@ -81,7 +104,7 @@ def test_cells_with_the_same_runs_are_merged_and_said():
     assert as_text(plan, without_twins(plan, summary)).count(" pso ") * 2 == as_text(plan, summary).count(" pso ")
 
 
-@pytest.mark.parametrize(("failed", "words"), [(0, "6"), (2, "6 (2 of 5 timeout)"), (N, "timeout")])
+@pytest.mark.parametrize(("failed", "words"), [(0, "6.0"), (2, "6.0 (2 of 5 timeout)"), (N, "timeout")])
 def test_runs_that_lack_a_result_stand_in_their_cell(failed, words):
     plan = plan_of()
     sweep = sweep_of(plan, runs_of(plan, ERRORS, failed))

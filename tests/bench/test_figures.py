@@ -3,34 +3,28 @@
 import dataclasses
 import shutil
 
-import msgspec
 import numpy as np
 import pandas as pd
 import pytest
 
-from bench.jobs.records import RecordWriter, read_records
+from bench.jobs.records import read_records
 from bench.plan.naming import cell_name, place_text, telling_axes
-from bench.plan.plan import read_plan, write_plan
+from bench.plan.plan import read_plan
 from bench.reports.collect import collect
-from bench.reports.collect_all import collect_all
+from bench.reports.identification.agreement_charts import agreement, agreement_chart, mesh_chart
 from bench.reports.identification.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_chart, cost_frame, paper_cost
-from bench.reports.identification.course_charts import CURVES, mesh_chart, response_chart, updates_chart
+from bench.reports.identification.course_charts import figure_number, updates_chart
 from bench.reports.identification.spread_chart import spread_chart
 from bench.reports.runs import runs_frame
 from bench.reports.tables import summary_frame
-from ksmea.records.curves import ResponseCurves
-from ksmea.records.identification import IdentificationRecord, ParameterRecord, Seconds, UpdateRecord
+from drawn_curves import curves_of, drawn
+from ksmea.records.identification import IdentificationRecord, UpdateRecord
 from ksmea.show.charts.chart import Boxes, Chart, Level, Line, Points, Words
 from ksmea.show.charts.picture import png
 from problems.three_disk import ThreeDisk
 
 RPM = np.pi / 30  # rad/s
 PNG = b"\x89PNG"
-
-
-def drawn(panel):
-    """The lines and points of a panel by their names."""
-    return {each.name: each for each in panel.elements if isinstance(each, Line | Points)}
 
 
 def parted(line):
@@ -59,9 +53,13 @@ def figures(table3, tmp_path, monkeypatch):
     monkeypatch.setattr("bench.reports.collect._png", png)
     monkeypatch.setattr("bench.reports.collect.available_cores", lambda: 1)  # all are drawn here
     assert collect(output) == 0
-    summary, updates, response = made
-    assert all((output / f"table3{name}.png").read_bytes() == PNG for name in ("", "_updates", "_response"))
-    return {"summary": summary, "updates": updates, "response": response}, read_plan(output), _records(output)
+    names = ("", "_updates", "_response", "_surrogate")
+    assert all((output / f"table3{name}.png").read_bytes() == PNG for name in names)
+    return (
+        dict(zip(("summary", "updates", "response", "surrogate"), made, strict=True)),
+        read_plan(output),
+        _records(output),
+    )
 
 
 def _records(output):
@@ -69,7 +67,7 @@ def _records(output):
 
 
 def test_a_real_experiment_draws_them_all(table3):
-    for name in ("table3.png", "table3_updates.png", "table3_response.png"):
+    for name in ("table3.png", "table3_updates.png", "table3_response.png", "table3_surrogate.png"):
         assert (table3.output / name).read_bytes().startswith(PNG)
         assert name in table3.out
 
@@ -80,34 +78,19 @@ def test_the_updates_are_those_of_every_repetition(figures):
         histories = [records[run.key].history for run in plan.runs if run.cell == cell]
         assert len(histories) == 4 and all(histories)
         for index, panel in enumerate(stack[:2]):
-            line, reference = panel.elements
+            line, band, median, reference = panel.elements
+            last = [update.x[index] / 1e6 for update in (history[-1] for history in histories)]
+            assert median.y[-1] == pytest.approx(np.median(last))  # a run that has ended keeps its last value
+            assert [band.low[-1], band.high[-1]] == pytest.approx(np.percentile(last, [25, 75]))
             for (steps, values), history in zip(parted(line), histories, strict=True):
                 assert steps == list(range(1, 1 + len(history)))
                 assert values == pytest.approx([update.x[index] / 1e6 for update in history])
             assert isinstance(reference, Level) and reference.at == (50.0, 70.0)[index]  # MN/m, Table 1
             assert panel.y.label == ("kxx (MN/m)", "kyy (MN/m)")[index]
-        (misfits,) = stack[2].elements
+        misfits, *_ = stack[2].elements
         for (_, values), history in zip(parted(misfits), histories, strict=True):
             assert values == [update.misfit for update in history]
         assert stack[0].title == f"samples {(25, 30)[cell]}"
-
-
-def test_the_responses_are_those_of_repetition_0_in_micrometres_over_rpm(figures):
-    made, plan, records = figures
-    for cell, stack in enumerate(made["response"].stacks):
-        [run] = [run for run in plan.runs if (run.cell, run.repetition) == (cell, 0)]
-        curves = records[run.key].curves
-        assert len(curves.channels) == len(stack) == 2
-        for index, (channel, panel) in enumerate(zip(curves.channels, stack)):
-            assert panel.y.label.startswith(channel)
-            shown = drawn(panel)
-            assert set(shown) == {said for said, *_ in CURVES.values()}
-            for curve, (said, *_) in CURVES.items():
-                assert shown[said].x == pytest.approx(np.array(curves.speed) / RPM)
-                assert shown[said].y == pytest.approx(np.array(getattr(curves, curve))[:, index] / 1e-6)
-    with_curves = [record for record in records.values() if record.curves is not None]
-    assert {record.status for record in with_curves} <= {"done", "budget"}
-    assert len(with_curves) == len(plan.cells)
 
 
 def test_the_curves_of_a_record_are_the_responses_that_they_are_called(figures):
@@ -141,34 +124,21 @@ def test_the_summary_holds_quartiles_and_the_papers_values(plan, tmp_path):
 # -- from data made by hand --
 
 
-def curves_of(n_speed=4, **others):
-    speed = np.linspace(200, 1500, n_speed)
-    base = np.outer(np.linspace(1, 2, n_speed), [1e-6, 3e-6])
-    data = {"speed": speed.tolist(), "channels": ["x at 0.1 m", "y at 0.1 m"], "true": base.tolist(), **others}
-    return msgspec.convert(data, ResponseCurves)
-
-
-def test_the_mesh_figure_shows_both_meshes_and_their_difference():
-    coarse = curves_of()
-    fine = curves_of(true=(np.array(coarse.true) * [1.02, 0.99]).tolist())
-    left, right = map(drawn, mesh_chart(coarse, fine).panels)
-    assert left["13 elements, x at 0.1 m"].y == pytest.approx(np.linspace(1, 2, 4))
-    assert left["21 elements, y at 0.1 m"].y == pytest.approx(0.99 * np.linspace(3, 6, 4))
-    assert right["x at 0.1 m"].y == pytest.approx([2.0] * 4) and right["y at 0.1 m"].y == pytest.approx([1.0] * 4)
-    for panel in (left, right):
-        for each in panel.values():
-            assert each.x == pytest.approx(np.linspace(200, 1500, 4) / RPM)
-
-
-def test_a_response_without_surrogate_has_no_line_of_one(plan):
-    """A method that works on the true model predicts nothing; a cell without any curve has no stack."""
-    curves = {1: curves_of(measured=[[1e-6, 2e-6]] * 4, identified=[[3e-6, 4e-6]] * 4)}
-    chart = response_chart(plan, curves)
-    [(first, second)] = chart.stacks
-    assert drawn(second)["identified"].y == pytest.approx([4.0] * 4)
-    assert set(drawn(second)) == {"truth", "measured", "identified"}
-    assert first.title == "samples 70"
-    assert png(chart).startswith(PNG)
+def test_figures_of_the_paper_have_its_numbers_and_say_what_was_found(plan):
+    """Figs. 3, 4, 6, 7, 10 and 11; a table without such a figure has no number."""
+    numbers = {
+        (table, kind): figure_number(
+            dataclasses.replace(plan, report=dataclasses.replace(plan.report, paper=table)), kind
+        )
+        for table in ("table2", "table3", "table4", "table8", None)
+        for kind in ("updates", "identified", "surrogate")
+    }
+    assert {key: said for key, said in numbers.items() if said} == {
+        ("table2", "updates"): "Fig. 3. ", ("table2", "surrogate"): "Fig. 4. ", ("table3", "identified"): "Fig. 6. ",
+        ("table3", "surrogate"): "Fig. 7. ", ("table8", "identified"): "Fig. 10. ", ("table8", "surrogate"): "Fig. 11. ",
+    }  # fmt: skip
+    histories = {run.key: [UpdateRecord((51e6, 2e-4), misfit=3.0)] * (run.cell + 2) for run in plan.runs}
+    assert updates_chart(plan, histories).title == "Updating steps until the end of a run (median): 2 to 3"
 
 
 def test_updates_of_runs_that_failed_are_left_out(plan):
@@ -177,8 +147,7 @@ def test_updates_of_runs_that_failed_are_left_out(plan):
     (first, _, misfit), second = chart.stacks
     assert first.elements[0].y[:2] == pytest.approx([51, 50])
     assert misfit.elements[0].y[:2] == pytest.approx([3.0, np.nan], nan_ok=True)
-    for panel in second:  # the references alone
-        assert not np.isfinite(panel.elements[0].y).any()
+    assert not any(np.isfinite(each.y).any() for panel in second for each in panel.elements if isinstance(each, Line))
     assert png(chart).startswith(PNG)
 
 
@@ -190,37 +159,6 @@ def test_an_experiment_of_failures_draws_what_it_can(table3, tmp_path, capsys):
     assert collect(output) == 1
     assert {path.name for path in output.glob("*.png")} == {"table3.png"}
     assert "table3.png" in capsys.readouterr().out
-
-
-def test_the_mesh_figure_is_made_where_both_tables_have_their_curves(plan, tmp_path, monkeypatch):
-    made = []
-    monkeypatch.setattr(
-        "bench.reports.collect_all.mesh_chart", lambda *curves: made.append(curves) or Chart("", "", ())
-    )
-    monkeypatch.setattr("bench.reports.collect._png", lambda chart: PNG)
-    coarse, fine = curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)
-    output = tmp_path / "all"
-    parts = [output / "table3", output / "table4"]
-    for part, curves in zip(parts, (coarse, None)):
-        leave_results(part, plan, curves)
-    collect_all(output, parts)  # no run of the second one has ended yet
-    assert made == [] and not (output / "mesh.png").exists()
-    assert pd.read_csv(output / "all.csv")["table"].tolist() == ["table3", "table4"]
-    leave_results(parts[1], plan, fine)
-    collect_all(output, parts)
-    assert made == [(coarse, fine)] and (output / "mesh.png").read_bytes() == PNG
-
-
-def leave_results(folder, plan, curves):
-    """Plan, table and the record of a first run with these curves."""
-    write_plan(dataclasses.replace(plan, name=folder.name), folder)
-    (folder / f"{folder.name}.csv").write_text("parameter,median\nkxx,50\n")
-    with RecordWriter(folder, 0, plan) as writer:
-        if curves is not None:
-            counts = {"updates": 0, "model_evaluations": 1, "model_jacobians": 0, "surrogate_evaluations": 0}
-            identified = ParameterRecord("kxx", "MN/m", 1e6, identified=5e7, at_limit=False)
-            record = IdentificationRecord("done", "smc", (identified,), 1.0, **counts, seconds=Seconds(), curves=curves)
-            writer.result(plan.runs[0], record.to_data())
 
 
 # -- cost --
@@ -316,6 +254,15 @@ def test_a_cost_figure_is_drawn_whatever_has_results(left, labelled, runs):
     assert png(cost_chart(frame)).startswith(PNG)
 
 
+def test_a_cost_figure_says_from_when_on_a_surrogate_pays_and_names_points_beside_them(labelled, runs):
+    """(10 − 2) s for 2000 evaluations less; at 1 s 2102 s against 110 s."""
+    chart = cost_chart(cost_frame(labelled, runs))
+    assert chart.title == "KSMEA is faster than DE if an evaluation costs more than 4 ms; 19 times at 1 s"
+    words = {each.text: each for each in chart.panels[0].elements if isinstance(each, Words)}
+    assert words["DE, PSO, GA"].side == "left" and words["DE, PSO, GA"].offset[0] > 0  # between both groups of lines
+    assert words["KSMEA"].side == "right" and words["KSMEA"].offset[0] < 0
+
+
 def test_a_cost_figure_has_a_line_for_every_cell(labelled, runs):
     """As where a list on the command line multiplies the methods."""
     more = [runs.assign(cell=runs["cell"] + 4 * turn) for turn in range(3)]
@@ -383,7 +330,9 @@ def test_no_figure_warns(text, plan, labelled, runs):
     figure = {
         "cost": lambda: cost_chart(cost_frame(labelled, runs)),
         "updates": lambda: updates_chart(plan, {plan.runs[0].key: [UpdateRecord((51e6, 2e-4), misfit=3.0)]}),
-        "response": lambda: response_chart(plan, {0: curves_of(measured=[[1e-6, 2e-6]] * 4)}),
+        "response": lambda: agreement_chart(
+            plan, 0, "identified", [agreement(curves_of(identified=[[1e-6, 2e-6]] * 4), "identified")] * 2
+        ),
         "mesh": lambda: mesh_chart(curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)),
     }[text]()
     assert png(figure).startswith(PNG)

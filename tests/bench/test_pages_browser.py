@@ -4,6 +4,7 @@ import base64
 import shutil
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from bench.reports.pages.experiment import PAGE
@@ -12,6 +13,8 @@ from browser import browser, errors, overflow, requests, shown
 
 CHEAP = ["optimizer.screening=200", "optimizer.starts=2", "workers=1"]
 HOSTILE = "<img src=x onerror=window.hit=1>.csv"
+
+WebDriverWait = pytest.importorskip("selenium.webdriver.support.ui").WebDriverWait
 
 pytestmark = pytest.mark.xdist_group("browser")
 
@@ -73,13 +76,41 @@ def test_controls_work(driver, many, width):
     span = "const [a, b] = arguments[0]._fullLayout.xaxis.range; return b - a"
     press = "arguments[0].closest('figure').querySelector(`button[data-do=${arguments[1]}]`).click()"
     whole = driver.execute_script(span, canvas)
-    driver.execute_script(press, canvas, "in")
-    assert driver.execute_script(span, canvas) == pytest.approx(0.7 * whole)
+    driver.execute_script("Plotly.relayout(arguments[0], {'xaxis.range': [2000, 3000]})", canvas)
+    assert driver.execute_script(span, canvas) == pytest.approx(1000)
     driver.execute_script(press, canvas, "reset")
     assert driver.execute_script(span, canvas) == pytest.approx(whole, rel=1e-6)
     move = "const s = document.querySelector('[data-orbit]'); s.value = 3; s.dispatchEvent(new Event('input')); return document.querySelector('output').textContent"
     said = driver.execute_script(move)
     assert "rpm" in said and said.count("whirl") == 4  # of four planes
+
+
+def test_each_figure_is_saved_as_picture_and_as_its_own_numbers(driver, many, tmp_path):
+    shown(driver, many, 1200)
+    driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)})
+    figures = driver.find_elements("css selector", "figure.plot")
+    assert all(figure.find_element("css selector", ".save").is_displayed() for figure in figures)
+    figure = driver.find_element("css selector", "figure:has(select[data-key=channel])")
+    name = figure.get_attribute("data-name")
+    for kind, begins in (("png", b"\x89PNG"), ("svg", b"<svg"), ("csv", b"x axis,y axis,series")):
+        driver.execute_script("arguments[0].click()", figure.find_element("css selector", f".save [data-do={kind}]"))
+        file = tmp_path / f"{name}.{kind}"
+        WebDriverWait(driver, 30).until(lambda _, file=file: file.exists() and file.stat().st_size)
+        assert file.read_bytes().startswith(begins)
+    saved = pd.read_csv(tmp_path / f"{name}.csv")
+    shown_points = driver.execute_script(
+        "return arguments[0].data.filter((each) => each.visible !== false).map((each) => [each.name, [...each.x], [...each.y]])",
+        figure.find_element("css selector", ".canvas"),
+    )
+    expected = [
+        (name, x, y) for name, xs, ys in shown_points for x, y in zip(xs, ys) if x is not None and y is not None
+    ]
+    assert len(saved) == len(expected)
+    assert saved["x"].to_numpy() == pytest.approx([x for _, x, _ in expected])
+    assert saved["y"].to_numpy() == pytest.approx([y for *_, y in expected])
+    assert saved["series"].fillna("").tolist() == [name or "" for name, *_ in expected]
+    assert set(saved["x axis"]) == {"speed (rpm)"} and "amplitude (µm 0-peak)" in set(saved["y axis"])
+    assert errors(driver) == [] and requests(driver) == []
 
 
 def test_a_table_that_is_wider_than_the_page_says_so(driver, identified):

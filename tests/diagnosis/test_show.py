@@ -237,8 +237,9 @@ def test_the_page_and_the_figure_draw_the_same_bars():
 
 def test_plot_draws_residuals_or_the_ranking_on_given_axes():
     residuals = plot(RECORD)
-    assert len(residuals.axes) == 4 * len(RECORD.curves.channels)  # amplitude, phase, residuals before and after
-    measured = residuals.axes[0].lines[0].get_ydata()
+    n_channel = len(RECORD.curves.channels)
+    assert len(residuals.axes) == 4 * n_channel  # phase, amplitude, residuals before and after
+    [measured] = [each.get_ydata() for each in residuals.axes[n_channel].lines if each.get_label() == "measured"]
     assert len(measured) == len(RECORD.curves.speed) and np.all(measured > 0)
     figure = Figure()
     axes = figure.subplots()
@@ -338,6 +339,6 @@ def test_effects_beside_an_adequate_model_are_called_what_they_are():
 
 
 def test_the_band_of_the_average_is_drawn_to_a_positive_end():
-    [band] = [each for each in diagnosis_chart(ambiguous()).panels[0].elements if isinstance(each, Band)]
+    [band] = [each for each in diagnosis_chart(ambiguous()).panels[1].elements if isinstance(each, Band)]
     assert band.name == "averaged, its interval"
     assert np.nanmin(band.low) > 0  # of a logarithmic axis

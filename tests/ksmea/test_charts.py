@@ -1,11 +1,13 @@
 """Charts as data: both renderers draw every kind of element, at the same values and on the same axes."""
 
+import io
 import json
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
 from bench.reports.pages.blocks import plain
 from ksmea.show.charts import chart as charts
@@ -87,6 +89,34 @@ def test_both_renderers_have_the_same_values_axes_and_legend(scale):
     (legend,) = picture.figure(chart).legends
     assert [text.get_text() for text in legend.get_texts()] == ["one", "two"]
     assert [trace["name"] for trace in data if trace["showlegend"]] == ["one", "two"]
+
+
+@pytest.mark.parametrize(("high", "ticks"), [(20.0, {"dtick": "D2"}), (1e4, {"dtick": 1}), (1e9, {"nticks": 5})])
+def test_ticks_of_a_logarithmic_axis_are_few(high, ticks):
+    """1, 2 and 5 over one decade, each power over four: as in a picture."""
+    chart = one_panel([Line(UP, DOWN)], Axis(), Axis("", "log", 1.0, high), "title", "caption")
+    axis = interactive.plot(chart)["layout"]["yaxis"]
+    assert {name: axis[name] for name in ticks} == ticks and ("nticks" in axis) == ("nticks" in ticks)
+
+
+def test_every_point_of_a_line_is_drawn_on_a_page():
+    """Simplified lines make polygons of narrow peaks."""
+    spec = interactive.plot(one_panel([Line(UP, DOWN)], Axis(), Axis(), "title", "caption"))
+    assert spec["data"][0]["line"]["simplify"] is False
+
+
+def test_a_picture_on_given_axes_is_that_of_the_main_panel():
+    panels = (Panel((Line(UP, UP, name="phase"),), title="above"), Panel((Line(UP, DOWN, name="amplitude"),)))
+    axes = Figure().subplots()
+    picture.on_axes(Chart("title", "caption", (panels,), main=1), axes)
+    assert [line.get_label() for line in axes.get_lines()] == ["amplitude"] and axes.get_title() == "above"
+
+
+def test_a_picture_has_few_colours_and_says_what_is_seen():
+    chart = one_panel([Line(UP, DOWN)], Axis("x"), Axis("y"), "title µ", "caption")
+    with Image.open(io.BytesIO(picture.png(chart))) as image:
+        assert image.mode == "P" and len(image.getcolors()) <= 256
+        assert (image.text["Title"], image.text["Description"]) == ("title µ", "caption")
 
 
 def test_a_long_line_has_few_symbols():

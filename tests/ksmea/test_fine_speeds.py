@@ -35,7 +35,7 @@ def test_measured_speeds_are_among_them_and_runs_stay_apart():
     measured = read_measurement("docs/examples/campaign.yaml")
     problem = aligned(load_problem("docs/examples/rotor.yaml").problem, measured)
     x = (problem.parameters.lower + problem.parameters.upper) / 2
-    layout = fine_layout(Case(problem, measured), x)
+    layout = fine_layout(measured, [(problem, x)])
     assert len(layout.rows) == len(measured.rows) > 1
     for finer, own in zip(layout.rows, measured.rows):
         speed = layout.speed[finer]
@@ -47,7 +47,7 @@ def test_measured_speeds_are_among_them_and_runs_stay_apart():
 def test_a_smooth_response_takes_the_even_speeds_alone():
     quiet = load_problem("three_disk", reading="rpm")  # far below the first critical speed
     measured = synthetic_measurement(quiet, relative=0.05, rng=1).measurement
-    assert len(fine_layout(Case(aligned(quiet.problem, measured), measured), quiet.x()).speed) < 160
+    assert len(fine_layout(measured, [(aligned(quiet.problem, measured), quiet.x())]).speed) < 160
 
 
 def test_a_diagnosis_shows_its_models_where_they_have_peaks_and_older_records_as_they_were(measured):

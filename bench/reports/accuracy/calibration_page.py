@@ -14,12 +14,24 @@ import pandas as pd
 
 from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
 from ksmea.arrays import Array
-from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Level, Panel, Points, Span, one_panel, stacked_bars
+from ksmea.show.charts.chart import (
+    Axis,
+    Boxes,
+    Chart,
+    Element,
+    Level,
+    Panel,
+    Points,
+    Span,
+    Words,
+    one_panel,
+    stacked_bars,
+)
 from ksmea.show.charts.colours import INTERVAL, MODEL, PAPER
+from ksmea.show.text import two_digits
 
 ENDS = (2.5, 25, 50, 75, 97.5)  # percentiles of a box and its whiskers
-NEAR = 6.0  # times the CRLB within which errors set the axis
-FAR = 12.0  # times the CRLB, where it ends otherwise
+FAR = 6.0  # times the CRLB, where axes of errors end; what lies beyond is counted there
 LEAST_COVERED = 88.0  # per cent, from which on the axis shows all
 HELD = 2.0  # per cent beside the level: shaded
 ROW, MARGINS = 0.26, 0.8  # inches for each cell and each panel
@@ -67,20 +79,24 @@ def calibration_chart(
     """Errors in CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %) and coverage, a row per parameter."""
     has_coverage = "covered_pct" in frame and bool(frame["covered_pct"].notna().any())
     stacks = []
+    covered = frame["covered_pct"].to_numpy(float) if has_coverage else np.ones(0)
+    low = min(LEAST_COVERED, float(np.nanmin(covered, initial=100.0)) - 2)
     for name, of in errors.items():
         rows = frame[frame["parameter"] == name]
         own = list(dict.fromkeys(rows["cell_name"]))  # cells that have this unknown
         stacks.append((_errors(name, own, [of[names.index(cell)] for cell in own]),))
         if has_coverage:
-            stacks.append((_coverage(rows, own, levels, name),))
-    beyond = "; some reach beyond what is drawn" if any(_reach(of) >= FAR for of in errors.values()) else ""
-    said = f"Errors in units of the CRLB: boxes are quartiles, whiskers 2.5 and 97.5 %; dotted: the same of an efficient estimate{beyond}."
+            stacks.append((_coverage(rows, own, levels, name, low),))
+    said = (
+        "Errors in units of the CRLB: boxes are quartiles, whiskers 2.5 and 97.5 %; dotted: the whiskers of an efficient estimate; numbers at"
+        f" the edges: runs beyond ± {FAR:g}."
+    )
     said += (
         f" Beside them the share of intervals that hold the truth, ± 2 standard errors; dotted: the confidence level, ± {HELD:g} % shaded."
         if has_coverage
         else ""
     )
-    return Chart(title, said, tuple(stacks), 2 if has_coverage else 1, 11.0, most=len(stacks))
+    return Chart(_finding(title, names, errors), said, tuple(stacks), 2 if has_coverage else 1, 11.0, most=len(stacks))
 
 
 def _rows(names: Sequence[str], group: str = "") -> Axis:
@@ -93,25 +109,42 @@ def _rows(names: Sequence[str], group: str = "") -> Axis:
     )
 
 
-def _reach(errors: Sequence[Array]) -> float:
-    return max((float(np.max(np.abs(np.percentile(values, ENDS)))) for values in errors if len(values)), default=1.0)
+def _finding(title: str, names: Sequence[str], errors: Mapping[str, Sequence[Array]]) -> str:
+    """The title with the cells of the least and the largest rms error over all unknowns."""
+    found = {}
+    for number, name in enumerate(names):
+        values = [np.asarray(of[number]) for of in errors.values() if number < len(of) and len(of[number])]
+        if values:
+            found[name] = float(np.sqrt(np.mean(np.concatenate(values) ** 2)))
+    if len(found) < 2:
+        return title
+    near, far = min(found, key=found.__getitem__), max(found, key=found.__getitem__)
+    return f"{title}; nearest to the bound: {near}, rms error {two_digits(found[near])} CRLB; farthest: {far}, {two_digits(found[far])} CRLB"
 
 
 def _errors(name: str, names: Sequence[str], errors: Sequence[Array]) -> Panel:
-    normal, reach = NormalDist().inv_cdf(0.975), _reach(errors)
+    normal = NormalDist().inv_cdf(0.975)
     elements: list[Element] = [Boxes(np.arange(len(errors), dtype=float), errors, (ENDS[0], ENDS[-1]), "x", 0.6)]
     elements += [Level(at=at, along="x", dash="dot" if at else "solid", width=0.8) for at in (-normal, 0.0, normal)]
-    end = max(reach, 4.0) * 1.05 if reach < NEAR else FAR
+    for row, values in enumerate(errors):
+        if below := int(np.count_nonzero(values < -FAR)):
+            elements.append(
+                Words(x=-FAR, y=float(row), text=f"◂ {below}", side="left", offset=(2.0, 0.0), has_ground=True)
+            )
+        if above := int(np.count_nonzero(values > FAR)):
+            elements.append(
+                Words(x=FAR, y=float(row), text=f"{above} ▸", side="right", offset=(-2.0, 0.0), has_ground=True)
+            )
     return Panel(
         tuple(elements),
-        Axis("error / CRLB", low=-end, high=end, better="middle"),
+        Axis("error / CRLB", low=-FAR, high=FAR, better="middle", group="error"),
         _rows(names, name),
         name,
         MARGINS + ROW * len(names),
     )
 
 
-def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float], name: str) -> Panel:
+def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float], name: str, low: float) -> Panel:
     covered, room = rows["covered_pct"].to_numpy(float), 2 * rows["covered_se"].to_numpy(float)
     at = np.array([names.index(cell) for cell in rows["cell_name"]], dtype=float)
     elements: list[Element] = []
@@ -123,8 +156,7 @@ def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float],
             covered, at, left=covered - room, right=np.minimum(covered + room, 100), colour=INTERVAL, said="{x:.1f} %"
         )
     )
-    low = min(LEAST_COVERED, float(np.nanmin(covered, initial=100.0)) - 2)
-    x = Axis("intervals that hold the truth (%)", low=low, high=100.5)
+    x = Axis("intervals that hold the truth (%)", low=low, high=100.5, group="coverage")
     return Panel(tuple(elements), x, _rows(names, name), f"{name}: coverage", MARGINS + ROW * len(names))
 
 

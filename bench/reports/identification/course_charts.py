@@ -1,7 +1,4 @@
-"""Course of runs: updating steps, response curves, and progress over cost.
-
-These are the paper's Fig. 3, Figs. 4–7, 10 and 11.
-"""
+"""How runs went: the updating steps (the paper's Fig. 3), and what was reached at which cost."""
 
 from __future__ import annotations
 
@@ -13,129 +10,106 @@ import pandas as pd
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from ksmea.arrays import Array
-from ksmea.records.curves import ResponseCurves, as_array
+from ksmea.records.curves import as_array
 from ksmea.records.identification import UpdateRecord
-from ksmea.show.charts.chart import Axis, Band, Chart, Choice, Element, Level, Line, Panel, Points, broken
-from ksmea.show.charts.colours import CATEGORIES, CONTEXT, MEASURED, MODEL, category, styles
-from ksmea.units import MICROMETRE, RPM
+from ksmea.show.charts.chart import Axis, Band, Chart, Choice, Element, Level, Line, Panel, Points
+from ksmea.show.charts.colours import CONTEXT, MODEL, styles
 
 MAX_STACKS = 8  # cells in a picture; more would be a poster
 MAX_LINES = 40  # repetitions in one panel; more would be a blot
-FEW_LINES = 3  # are told apart without being seen through
+FEW_LINES = 3  # have a median and quartiles; fewer are drawn alone
 ACROSS = 4  # cells side by side
 LEAST_EXCESS = 1e-3  # of a deviance, below which the data see no difference: drawn as this
-AMPLITUDE = "amplitude (µm 0-peak)"
 
 
 def updates_chart(plan: Plan, histories: Mapping[str, Sequence[UpdateRecord]]) -> Chart:
-    """Stiffnesses and misfit against the updating step, as in Fig. 3.
+    """Stiffnesses and misfit against the updating step, a stack per cell, as in Fig. 3.
 
-    There is a stack per cell and a line per repetition.
+    Each run is thin, beside the median and quartiles of the runs.
     """
-    stacks = tuple(
-        _of_cell(
-            plan,
-            cell,
-            [histories.get(run.key, ()) for run in plan.runs if run.cell == cell and run.repetition < MAX_LINES],
-        )
+    of_cells = [
+        [histories.get(run.key, ()) for run in plan.runs if run.cell == cell and run.repetition < MAX_LINES]
         for cell in range(len(plan.cells))
-    )
+    ]
+    stacks = tuple(_of_cell(plan, cell, [each for each in found if each]) for cell, found in enumerate(of_cells))
     return Chart(
-        f"{plan.name}: the surrogate's optimum at each updating step",
-        "Unknowns, and the misfit of the true model, at the surrogate's optimum of each updating step, a line for each repetition; dotted: true values.",
+        f"{figure_number(plan, 'updates')}{_updates_finding(plan, of_cells)}",
+        "Unknowns, and the misfit of the true model, at the surrogate's optimum of each updating step. Thin: each repetition;"
+        " bold: median, band: quartiles, in which a run that has ended keeps its last value; dotted: true values.",
         stacks, min(ACROSS, len(stacks)), 2.9 * min(ACROSS, max(len(stacks), 2)), of_stacks="cell", most=MAX_STACKS,
     )  # fmt: skip
 
 
+def figure_number(plan: Plan, kind: str) -> str:
+    """'Fig. 3. ' of a figure of the paper; empty for others.
+
+    Source: Han, Guo & Gao 2013, doi 10.1016/j.jsv.2012.12.025.
+    """
+    number = PAPER_FIGURES.get((plan.report.paper or "", kind))
+    return "" if number is None else f"Fig. {number}. "
+
+
+PAPER_FIGURES = {
+    ("table2", "updates"): 3, ("table2", "surrogate"): 4, ("table3", "identified"): 6, ("table3", "surrogate"): 7,
+    ("table8", "identified"): 10, ("table8", "surrogate"): 11,
+}  # fmt: skip
+
+
+def _updates_finding(plan: Plan, of_cells: Sequence[Sequence[Sequence[UpdateRecord]]]) -> str:
+    """Range over the cells of the median number of updates, for each label."""
+    medians: dict[str, list[float]] = {}
+    for cell, found in zip(plan.cells, of_cells):
+        if counts := [len(history) for history in found if history]:
+            medians.setdefault(str(cell.place.get("label") or ""), []).append(float(np.median(counts)))
+    if not medians:
+        return "No run has updated its surrogate yet"
+    ranges = [f"{label}: {_range(values)}" if label else _range(values) for label, values in medians.items()]
+    return f"Updating steps until the end of a run (median): {', '.join(ranges)}"
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = min(values), max(values)
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
 def _of_cell(plan: Plan, cell: int, histories: Sequence[Sequence[UpdateRecord]]) -> tuple[Panel, ...]:
-    steps = _joined([list(range(1, len(history) + 1)) for history in histories])
-    opacity = 0.4 if len(histories) > FEW_LINES else 1.0
+    steps = [np.arange(1.0, len(history) + 1) for history in histories]
     x = Axis("updating step", is_whole=True, group="step")
     title = cell_name(plan, plan.cells[cell])
     panels = []
     for index, facts in enumerate(plan.cells[cell].parameters[:2]):
-        values = _joined([[update.x[index] / facts.si_per_unit for update in history] for history in histories])
+        values = [np.array([update.x[index] for update in history]) / facts.si_per_unit for history in histories]
         truth = () if facts.truth is None else (Level(at=facts.truth / facts.si_per_unit),)
         label = f"{facts.name} ({facts.unit})"
-        line = Line(steps, values, width=1.0, opacity=opacity)
-        panels.append(Panel((line, *truth), x, Axis(label, group=label), title if index == 0 else "", 1.7))
-    misfit = _joined([as_array([update.misfit for update in history]) for history in histories])
+        elements = (*_of_runs(steps, values), *truth)
+        panels.append(Panel(elements, x, Axis(label, group=label), title if index == 0 else "", 1.7))
+    misfit = [as_array([update.misfit for update in history]) for history in histories]
     y = Axis("misfit of the true model", "log", group="misfit", better="low")
-    return (*panels, Panel((Line(steps, misfit, width=1.0, opacity=opacity),), x, y, "" if panels else title, 1.7))
+    return (*panels, Panel(_of_runs(steps, misfit), x, y, "" if panels else title, 1.7))
+
+
+def _of_runs(steps: Sequence[Array], values: Sequence[Array]) -> tuple[Element, ...]:
+    """Each run thin; of several, also their quartiles and median.
+
+    In these a run keeps its last value after its end.
+    """
+    alone = len(values) < FEW_LINES
+    thin = Line(
+        _joined(steps), _joined(values), width=1.0 if alone else 0.7, opacity=1.0 if alone else 0.45,
+        colour=MODEL if alone else CONTEXT, name="" if alone else "each run",
+    )  # fmt: skip
+    if alone:
+        return (thin,)
+    longest = max(map(len, values))
+    held = np.array([np.append(own, np.full(longest - len(own), own[-1])) for own in values])
+    low, middle, high = np.nanpercentile(np.where(np.isfinite(held), held, np.nan), (25, 50, 75), axis=0)
+    at = np.arange(1.0, longest + 1)
+    return thin, Band(at, low, high, name="quartiles"), Line(at, middle, width=2.0, name="median")
 
 
 def _joined(lines: Sequence[Sequence[float] | Array]) -> Array:
     """Values of several lines, with gaps between them."""
     return np.concatenate([np.empty(0), *(np.append(np.asarray(line, dtype=float), np.nan) for line in lines)])
-
-
-# From the widest line, which lies below, to the narrowest, so that curves that are alike can all be seen: name, colour, width, dash.
-CURVES = {
-    "true": ("truth", CONTEXT, 6.0, "solid"), "identified": ("identified", MODEL, 3.0, "solid"), "measured": ("measured", MEASURED, 0.0, ""),
-    "modelled": ("model at the surrogate's last optimum", CATEGORIES[4], 1.6, "dash"),
-    "predicted": ("surrogate at its last optimum", CATEGORIES[3], 1.2, "dot"),
-}  # fmt: skip
-
-
-def response_chart(plan: Plan, curves: Mapping[int, ResponseCurves]) -> Chart:
-    """Amplitude against speed of the first repetition: a stack per cell, a panel per channel.
-
-    They are as in Figs. 4, 6, 7, 10 and 11.
-    """
-    stacks = tuple(
-        tuple(
-            _response(of, index, cell_name(plan, plan.cells[cell]) if index == 0 else "")
-            for index in range(len(of.channels))
-        )
-        for cell, of in curves.items()
-    )
-    return Chart(
-        f"{plan.name}, repetition 0, at the measured speeds",
-        "Amplitude at the measured speeds, in the first repetition: measured, identified, the surrogate's prediction and the model"
-        " at its last optimum, and the truth behind synthetic data. Surrogates know the measured speeds alone, so that peaks between"
-        " them are cut off.",
-        stacks, min(2, len(stacks)), 8.6, of_stacks="cell", most=MAX_STACKS,
-    )  # fmt: skip
-
-
-def _response(of: ResponseCurves, column: int, title: str) -> Panel:
-    speed = as_array(of.speed) / RPM
-    elements: list[Element] = []
-    for curve, (name, colour, width, dash) in CURVES.items():
-        if (values := getattr(of, curve)) is None:
-            continue
-        drawn = as_array(values)[:, column] / MICROMETRE
-        if curve == "measured":
-            elements.append(Points(speed, drawn, size=3.5, name=name, colour=colour))
-        else:
-            line = broken(speed, of.breaks), broken(drawn, of.breaks)
-            elements.append(Line(*line, dash, width, name=name, colour=colour, opacity=0.5 if curve == "true" else 1.0))
-    x, y = (
-        Axis("speed (rpm)", group="speed"),
-        Axis(f"{of.channels[column]}\n{AMPLITUDE}", "log", group=of.channels[column]),
-    )
-    return Panel(tuple(elements), x, y, title, 2.1)
-
-
-def mesh_chart(coarse: ResponseCurves, fine: ResponseCurves) -> Chart:
-    """The true response with 13 and with 21 elements, and their relative difference: the paper's Fig. 5."""
-    x = Axis("speed (rpm)")
-    responses: list[Element] = []
-    differences: list[Element] = []
-    for index, channel in enumerate(coarse.channels):
-        one, other = (as_array(each.true)[:, index] for each in (coarse, fine))
-        speed, of_fine = as_array(coarse.speed) / RPM, as_array(fine.speed) / RPM
-        shown = broken(speed, coarse.breaks), broken(one / MICROMETRE, coarse.breaks)
-        colour = category(index)
-        responses.append(Line(*shown, width=1.0, name=f"13 elements, {channel}", colour=colour))
-        responses.append(Points(of_fine, other / MICROMETRE, size=2.5, name=f"21 elements, {channel}", colour=colour))
-        differences.append(Line(speed, np.abs(other / one - 1) * 100, name=channel, colour=colour))
-    return Chart(
-        "True responses with 13 and with 21 elements, at 13 elements' measured speeds",
-        "Amplitude of the true response with both meshes, and the difference in per cent.",
-        ((Panel(tuple(responses), x, Axis(AMPLITUDE, "log"), height=2.6),), (Panel(tuple(differences), x, Axis("difference (%)", "log"), height=2.6),)),
-        across=2, width=8.6,
-    )  # fmt: skip
 
 
 REACHED = {"excess": "misfit above its least", "error": "rms error of the unknowns (CRLB)"}

@@ -12,10 +12,20 @@ from typing import Any
 import numpy as np
 
 from bench.plan.naming import place_text
-from bench.reports.identification.factors import Cell, Sweep, headline, short
-from ksmea.show.charts.chart import Axis, Chart, Element, Heat, Line, Panel, Points
+from bench.reports.identification.factors import (
+    ALLOWED,
+    SIGMA,
+    Cell,
+    Sweep,
+    cells_finding,
+    headline,
+    short,
+    two_figures,
+)
+from ksmea.show.charts.chart import Axis, Chart, Element, Heat, Line, Panel, Points, Span, Words
 from ksmea.show.charts.colours import CONTEXT, INK, MODEL
 
+ROOM = 1.4  # times the least and largest score: ends of their axis
 MOST_ACROSS = 4  # panels side by side
 MOST_ROWS = 24  # of a heat map; a table has all
 ROW = 0.36  # inches of a heat map
@@ -27,10 +37,14 @@ def factors_chart(sweep: Sweep) -> Chart:
 
     All have one logarithmic axis.
     """
-    y = Axis(sweep.quantity, "log", group="score", better="low")
+    scores = [cell.score for cell in sweep.cells if np.isfinite(cell.score) and cell.score > 0] or [1.0]
+    y = Axis(sweep.quantity, "log", min(scores) / ROOM, max(scores) * ROOM, group="score", better="low")
     stacks = tuple((_factor(sweep, name, y),) for name in sweep.factors)
+    allowed = f"; shaded: within {ALLOWED:g} σ, as good as the data allow" if sweep.quantity == SIGMA else ""
     lines = "lines join the levels of one combination where these are numbers"
-    caption = f"Grey: one combination of all other factors ({lines}); blue: median over them. {_counted(sweep)}"
+    caption = (
+        f"Grey: one combination of all other factors ({lines}); blue: median over them{allowed}. {_counted(sweep)}"
+    )
     across = min(MOST_ACROSS, len(stacks))
     return Chart(headline(sweep), caption, stacks, across, max(2.6 * across, 4.5), most=len(stacks))
 
@@ -40,6 +54,8 @@ def _factor(sweep: Sweep, name: str, y: Axis) -> Panel:
     at = {level: float(number) for number, level in enumerate(levels)}
     is_ordered = all(isinstance(level, (int, float)) for level in levels)
     elements: list[Element] = []
+    if sweep.quantity == SIGMA and y.low is not None and y.low < ALLOWED:
+        elements.append(Span(low=y.low, high=ALLOWED))
     for scores in sweep.by_combination(name):
         known = [level for level in levels if level in scores]
         x, values = [at[level] for level in known], [scores[level] for level in known]
@@ -53,6 +69,15 @@ def _factor(sweep: Sweep, name: str, y: Axis) -> Panel:
         elements.append(Line(x, values, width=1.8, colour=MODEL))
     said = [f"{place_text(level)}: {typical[level]:.3g}" for level in known]
     elements.append(Points(x, values, "diamond", 8.0, colour=MODEL, said=said))
+    for level in known:
+        is_first = is_ordered and level == known[0] != known[-1]
+        is_between = is_ordered and level not in (known[0], known[-1])
+        beside: dict[str, Any] = (
+            {"offset": (-8.0, 0.0), "side": "right"} if is_first else {"offset": (8.0, 0.0), "side": "left"}
+        )
+        beside = {"offset": (0.0, 7.0), "edge": "bottom"} if is_between else beside
+        text = two_figures(typical[level])
+        elements.append(Words(x=at[level], y=typical[level], text=text, size=9.0, has_ground=True, **beside))
     words = {at[level]: place_text(level) for level in levels}
     strength = sweep.strength[name]
     title = f"{short(name)}: worst {strength:.2g} × best" if np.isfinite(strength) else short(name)
@@ -82,7 +107,7 @@ def cells_chart(sweep: Sweep) -> Chart:
     most = f"; first {MOST_ROWS} rows" if len(of_rows) == MOST_ROWS else ""
     caption = f"{sweep.quantity}, median of each cell; the darker the larger; framed: best, with all within 5 %{most}. {_counted(sweep)}"
     width = max(1.1 * len(sweep.factors[columns]) * across + 1.6, 4.5)
-    return Chart(f"Each cell: {sweep.quantity}", caption, tuple(stacks), across, min(width, 12.0), most=len(stacks))
+    return Chart(cells_finding(sweep), caption, tuple(stacks), across, min(width, 12.0), most=len(stacks))
 
 
 def _laid_out(sweep: Sweep) -> tuple[str, str, list[str]]:

@@ -23,6 +23,8 @@ from bench.reports.tables import has_truth
 from ksmea.show.text import capital
 
 SIGMA, PERCENT = "rms error / σ", "rms error, %"
+ALLOWED = 2.0  # σ: errors up to this are as small as the data allow
+LEAST_WHOLE = 99.5  # from which on scores are whole numbers
 TIE = 1.05  # of the best score: medians of few runs differ by more than this
 
 
@@ -41,7 +43,7 @@ class Cell:
         """Its score in a heat map: '1.8', '1.8 (2 of 20 failed)', 'timeout'."""
         if not self.n_result:
             return self.outcome or "missing"
-        said = f"{self.score:.2g}" if self.score < 99.5 else f"{self.score:.0f}"
+        said = two_figures(self.score)
         lacking = self.n_run - self.n_result
         return f"{said} ({lacking} of {self.n_run} {self.outcome})" if lacking else said
 
@@ -122,11 +124,35 @@ def headline(sweep: Sweep) -> str:
         return f"{sweep.n_result} of {sweep.n_run} runs have a result"
     typical = sweep.typical(strongest)
     best, worst = min(typical, key=typical.__getitem__), max(typical, key=typical.__getitem__)
+    unit = "σ" if sweep.quantity == SIGMA else "%"
+    ratios = ", ".join(f"{short(name)} {value:.1f}" for name, value in others if np.isfinite(value))
     said = (
-        f"{short(strongest)} matters most: {place_text(worst)} has {strength:.2g} times the error of {place_text(best)}"
+        f"{short(strongest)} matters most: typical error {two_figures(typical[best])} {unit} with {place_text(best)},"
+        f" {two_figures(typical[worst])} {unit} with {place_text(worst)}"
     )
-    rest = ", ".join(f"{short(name)} {value:.1f}" for name, value in others if np.isfinite(value))
-    return capital(said) + (f" ({rest} times)" if rest else "")
+    return capital(said) + f" (worst over best level {strength:.1f} times{f'; {ratios}' if ratios else ''})"
+
+
+def cells_finding(sweep: Sweep) -> str:
+    """The best cell with its levels, and how many cells are worse than the data allow."""
+    known = [cell for cell in sweep.cells if np.isfinite(cell.score)]
+    if not known:
+        return f"No cell has a result; {sweep.quantity}"
+    best = min(known, key=lambda cell: cell.score)
+    unit = "σ" if sweep.quantity == SIGMA else "%"
+    where = ", ".join(f"{short(name)} {place_text(best.levels[name])}" for name in sweep.factors)
+    beyond = sum(cell.score > ALLOWED for cell in known)
+    counted = f"{beyond} of {len(known)} cells are above {ALLOWED:g} σ; " if unit == "σ" else ""
+    return capital(f"{counted}best: {two_figures(best.score)} {unit} with {where}")
+
+
+def two_figures(score: float) -> str:
+    """Two figures, the last one also if it is 0.
+
+    >>> two_figures(0.9), two_figures(1.234), two_figures(250.0), two_figures(12.0)
+    ('0.90', '1.2', '250', '12')
+    """
+    return f"{score:#.2g}".rstrip(".") if score < LEAST_WHOLE else f"{score:.0f}"
 
 
 def short(axis: str) -> str:

@@ -5,7 +5,7 @@ Their spread, and the figures that an experiment requests.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -19,8 +19,9 @@ from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import hidden_paragraph
+from bench.reports.identification.agreement_charts import Agreement, Kind, agreement, agreement_chart, drawn_cell
 from bench.reports.identification.cost import cost_chart, cost_frame
-from bench.reports.identification.course_charts import MAX_LINES, anytime_chart, response_chart, updates_chart
+from bench.reports.identification.course_charts import MAX_LINES, anytime_chart, figure_number, updates_chart
 from bench.reports.identification.factor_charts import cells_chart, factors_chart
 from bench.reports.identification.factors import Sweep, sweep_of, without_twins
 from bench.reports.identification.factors import headline as sweep_headline
@@ -66,7 +67,7 @@ class Courses:
     """
 
     histories: Mapping[str, tuple[UpdateRecord, ...]]
-    curves: Mapping[int, ResponseCurves]
+    curves: Mapping[int, tuple[ResponseCurves, ...]]  # by cell
     reached: pd.DataFrame | None
     stages: pd.DataFrame | None
     cost: pd.DataFrame | None
@@ -125,12 +126,30 @@ def _of_sweep(plan: Plan, sweep: Sweep, table: tuple[Block, ...], spread: Drawn)
 def _curves(plan: Plan, courses: Courses) -> Iterator[Block]:
     if any(courses.histories.values()):
         yield Drawn(partial(updates_chart, plan, courses.histories), f"{plan.name}_updates.png")
-    if courses.curves:
-        yield Drawn(partial(response_chart, plan, courses.curves), f"{plan.name}_response.png")
+    yield from _responses(plan, courses)
     if courses.reached is not None and courses.stages is not None:
         yield Drawn(partial(anytime_chart, plan, courses.reached, courses.stages), f"{plan.name}_trace.png")
     if courses.cost is not None:
         yield Drawn(partial(cost_chart, courses.cost), f"{plan.name}_cost.png")
+
+
+FILES: dict[Kind, str] = {"identified": "response", "surrogate": "surrogate"}
+
+
+def _responses(plan: Plan, courses: Courses) -> Iterator[Block]:
+    """Responses of the cell that the paper draws, else of the first one that has any.
+
+    Of a table of the paper only its own figures are drawn.
+    """
+    cells = [drawn_cell(plan), *courses.curves]
+    for kind in [each for each in FILES if figure_number(plan, each)] or FILES:
+        found = ((cell, _agreements(courses.curves.get(cell, ()), kind)) for cell in cells)
+        if (first := next((each for each in found if each[1]), None)) is not None:
+            yield Drawn(partial(agreement_chart, plan, first[0], kind, first[1]), f"{plan.name}_{FILES[kind]}.png")
+
+
+def _agreements(curves: Sequence[ResponseCurves], kind: Kind) -> list[Agreement]:
+    return [found for each in curves if (found := agreement(each, kind)) is not None]
 
 
 def headline(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
@@ -170,7 +189,10 @@ def for_figures(line: RunLine) -> ForFigures:
     return ForFigures(record.history, record.curves)
 
 
-def curves_by_cell(plan: Plan, kept: Mapping[str, ForFigures]) -> dict[int, ResponseCurves]:
-    """Response curves by cell, of the repetition that keeps them."""
-    of_first = {run.cell: kept[run.key].curves for run in plan.runs if run.repetition == 0 and run.key in kept}
-    return {cell: curves for cell, curves in of_first.items() if curves is not None}
+def curves_by_cell(plan: Plan, kept: Mapping[str, ForFigures]) -> dict[int, tuple[ResponseCurves, ...]]:
+    """Response curves by cell, of the repetitions that keep them."""
+    found: dict[int, tuple[ResponseCurves, ...]] = {}
+    for run in plan.runs:
+        if run.key in kept and (curves := kept[run.key].curves) is not None:
+            found[run.cell] = (*found.get(run.cell, ()), curves)
+    return found

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from itertools import count
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,8 @@ from ksmea.show.text import number
 
 LONGEST_CELL = 300  # characters
 MOST_ROWS = 300  # of a table on a page; its file has all
+MOST_STILLS = 60_000  # bytes of pictures in place of plots on a page; further ones are files next to it
+LEAST_SHARED = 50  # numbers of a list that traces share
 DIGITS = 6  # of numbers in plots: more than a screen shows
 TABLE_DIGITS = 5
 NONE = "–"  # in place of a value that is not there
@@ -52,6 +55,7 @@ class Blocks:
         self._drawings = drawings
         self._number = count(1) if numbers is None else numbers
         self._is_folded = is_folded  # plots then have no picture in their place: it would weigh as much as all else
+        self._left = MOST_STILLS
         self.has_plots = False
 
     def html(self, block: Block) -> str:
@@ -91,17 +95,14 @@ class Blocks:
 
     def _plot(self, plot: Plot) -> str:
         controls = "".join(_select(control) for control in plot.controls)
-        buttons = "".join(
-            f'<button type="button" data-do="{name}"{f" aria-label={chr(34)}{label}{chr(34)}" if label != shown else ""}>{shown}</button>'
-            for name, shown, label in BUTTONS
-        )
-        figure = inert(plot.figure)
+        buttons = '<button type="button" data-do="reset">Reset</button>'
+        figure = with_shared(plain(inert(plot.figure)))
         return self._figure(plot.title, plot.alternative, figure, f"{controls}{buttons}", plot.height, plot.still)
 
     def _orbits(self, orbits: Orbits) -> str:
         last = len(orbits.speed) - 1
         slider = (
-            f'<label>speed <input type="range" min="0" max="{last}" value="{last // 2}" step="1" data-orbit></label>'
+            f'<label>speed <input type="range" min="0" max="{last}" value="{orbits.first}" step="1" data-orbit></label>'
             ' <output aria-live="polite"></output>'
         )
         spec = {"speed": orbits.speed, "planes": orbits.planes}
@@ -112,15 +113,24 @@ class Blocks:
     ) -> str:
         self.has_plots = True
         name = f"{plot_type}-{next(self._number)}"
-        instead = self._image(still, alternative) if still in self._drawings and not self._is_folded else ""
+        instead = self._instead(still, alternative)
         return (
-            f'<figure class="plot" id="{name}" data-kind="{plot_type}"><h3>{safe(title)}</h3>'
+            f'<figure class="plot" id="{name}" data-kind="{plot_type}" data-name="{safe(Path(still).stem or name)}"><h3>{safe(title)}</h3>'
             f'<div class="controls" hidden>{controls}</div>'
             f'<div class="canvas" role="img" aria-label="{safe(alternative)}" style="height:{height}px" hidden></div>'
-            f'<div class="still">{instead or "<p>This plot needs JavaScript; its numbers are in the files below.</p>"}</div>'
-            f"<figcaption>{safe(alternative)}</figcaption>"
+            f'<div class="still">{instead}</div>'
+            f'<figcaption>{safe(alternative)}</figcaption><p class="save" hidden>Save {SAVE}</p>'
             f'<script type="application/json">{script_json(spec)}</script></figure>'
         )
+
+    def _instead(self, still: str, alternative: str) -> str:
+        """In place of a plot where no script runs: its picture, or of large or folded ones a link to its file."""
+        if still not in self._drawings:
+            return "<p>This plot needs JavaScript; its numbers are in the files below.</p>"
+        if self._is_folded or len(self._drawings[still]) > self._left:
+            return f'<p><a href="{safe(still)}">{safe(still)}</a></p>'
+        self._left -= len(self._drawings[still])
+        return self._image(still, alternative)
 
     def _picture(self, picture: Picture) -> str:
         if picture.name not in self._drawings:
@@ -135,12 +145,32 @@ class Blocks:
         return f'<img alt="{safe(alternative)}" src="data:image/png;base64,{data}">'
 
 
-BUTTONS = (
-    ("in", "+", "zoom in"),
-    ("out", "−", "zoom out"),
-    ("reset", "Reset", "Reset"),
-    ("save", "Save PNG", "Save PNG"),
-)
+FORMATS = ("PNG", "SVG", "CSV")  # in which a figure is saved from its page
+SAVE = " · ".join(f'<button type="button" data-do="{name.lower()}">{name}</button>' for name in FORMATS)
+
+
+def with_shared(figure: dict[str, Any]) -> dict[str, Any]:
+    """A figure whose traces name equal long lists of x or y by their number in `shared`.
+
+    Panels often show equal speeds.
+
+    >>> x = list(range(60))
+    >>> [trace["x"] for trace in with_shared({"data": [{"x": x}, {"x": x}]})["data"]]
+    [{'shared': 0}, {'shared': 0}]
+    """
+    lists: dict[str, int] = {}
+    shared: list[Any] = []
+    traces = []
+    for trace in figure.get("data", ()):
+        named = {}
+        for side in ("x", "y"):
+            values = trace.get(side)
+            if isinstance(values, list) and len(values) >= LEAST_SHARED:
+                number = lists.setdefault(repr(values), len(shared))
+                shared += [values] if number == len(shared) else []
+                named[side] = {"shared": number}
+        traces.append({**trace, **named})
+    return {**figure, "data": traces, "shared": shared} if shared else figure
 
 
 def script_json(value: Any) -> str:

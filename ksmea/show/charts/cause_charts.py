@@ -14,19 +14,16 @@ from ksmea.measurement.notation import SPEEDS, Notation
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.statement import ORBIT
 from ksmea.show import diagnosis_findings as findings
-from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, Words, broken, one_panel
+from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken, one_panel
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
+from ksmea.show.charts.parts.bode import N_SD, residual_ground
+from ksmea.show.charts.parts.polar import FULL_TURN, REACH, rings, speeds_at, within
 from ksmea.show.charts.responses import Response, of_diagnosis
 from ksmea.show.statements import PLAIN
 from ksmea.units import MICROMETRE, RPM
 
-N_SD = 2.0  # of the noise: the band of residuals
+ROOM_FOR_WORDS = 1.4  # times the largest residual
 LEAST_SIGMA = 3.0  # that the axis of residuals shows to both sides
-LEAST_APART = 0.25  # of the largest amplitude: numbers that are nearer hide each other
-LABELLED = 6  # speeds with a number in a polar plot
-BEYOND = 1.2  # times the largest measured amplitude: where curves of a polar plot end
-FULL_TURN = np.linspace(0, 2 * np.pi, 121)
-N_RING = 3  # circles of a polar plot
 MOST_OTHERS = 8  # causes that the picture of noise shows
 ROW = 0.32  # inches of each
 GIVEN, WITH_CAUSE = "as given", "with the cause"
@@ -88,11 +85,12 @@ def _style(record: DiagnosisRecord, model: str) -> tuple[str, tuple[str, str]]:
 
 
 def _residuals(parts: dict[str, Array], response: Response, x: Axis, notation: Notation) -> Panel:
-    most = max(LEAST_SIGMA, *(1.1 * float(np.max(np.abs(left))) for left in parts.values()))
-    elements: list[Element] = [Span(low=-N_SD, high=N_SD), Level(at=0.0, dash="solid", width=0.6)]
+    most = max(LEAST_SIGMA, *(float(np.max(np.abs(left))) for left in parts.values())) * ROOM_FOR_WORDS
+    speeds = _speeds(response.speed, notation)
+    elements: list[Element] = list(residual_ground(parts, most, float(np.max(speeds))))
     for (part, left), symbol in zip(parts.items(), SYMBOLS):
         said = f"{{x:.0f}}: {{y:.2f}} σ ({part})"
-        elements.append(Points(_speeds(response.speed, notation), left, symbol, 3.0, colour=CONTEXT, said=said))
+        elements.append(Points(speeds, left, symbol, 3.0, colour=CONTEXT, said=said))
     return Panel(tuple(elements), x, Axis("residual / σ", low=-most, high=most), height=1.1)
 
 
@@ -115,24 +113,17 @@ def polar_chart(record: DiagnosisRecord, response: Response, notation: Notation)
     column, scale = worst_channel(record, response), notation.vibration(MICROMETRE)
     measured = scale * response.measured[:, column]
     reach = float(np.max(np.abs(measured)))
-    elements = list(_rings(reach))
+    elements = list(rings(reach, is_lag=notation.phase == "lag"))
     for model, curve in response.curves.items():
         label, (colour, dash) = _style(record, model)
-        values = scale * curve.values[:, column]
-        values = np.where(np.abs(values) <= BEYOND * reach, values, np.nan)
+        values = within(scale * curve.values[:, column], reach)
         re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
         elements.append(Line(re, im, dash, 1.4, name=label, colour=colour))
     said = [f"{each:.0f} {notation.speed}" for each in _speeds(response.speed, notation)]
     elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
-    for at in _labelled(measured):
-        away = measured[at] / max(abs(measured[at]), 1e-12)
-        offset = (9.0 * away.real, 9.0 * away.imag)
-        text = said[at].partition(" ")[0]
-        elements.append(
-            Words(x=float(measured[at].real), y=float(measured[at].imag), text=text, offset=offset, has_ground=True)
-        )
+    elements += speeds_at(measured, said)
     name = notation.name(response.channels[column])
-    axis = Axis(low=-1.3 * reach, high=1.3 * reach, ticks={})
+    axis = Axis(low=-REACH * reach, high=REACH * reach, ticks={})
     turning = "clockwise" if notation.phase == "lag" else "anticlockwise"
     return one_panel(
         elements, axis, axis, f"{name} in the complex plane",
@@ -205,33 +196,6 @@ def _words(record: DiagnosisRecord) -> Iterator[str]:
 
 def _speeds(rpm: Array, notation: Notation) -> Array:
     return np.asarray(rpm) * RPM / SPEEDS[notation.speed]
-
-
-def _rings(reach: float) -> Iterator[Element]:
-    """Circles at round radii, with their values, and the axes."""
-    raw = reach / N_RING
-    power = 10.0 ** np.floor(np.log10(raw))
-    step = power * next(each for each in (1, 2, 5, 10) if each * power >= 0.75 * raw)
-    for radius in np.arange(1, np.floor(reach / step) + 1) * step:
-        yield Line(radius * np.cos(FULL_TURN), radius * np.sin(FULL_TURN), width=0.5, colour=CONTEXT, opacity=0.6)
-        yield Words(x=0.0, y=-float(radius), text=f"{radius:g}", edge="top", offset=(0.0, -1.0))
-    yield Level(at=0.0, dash="solid", width=0.4, colour=CONTEXT)
-    yield Level(at=0.0, along="x", dash="solid", width=0.4, colour=CONTEXT)
-
-
-def _labelled(measured: ComplexArray) -> list[int]:
-    """Points that lie apart: each the one farthest from those before.
-
-    The first speed and the largest amplitude are first.
-    """
-    chosen = [0, int(np.argmax(np.abs(measured)))]
-    least = LEAST_APART * float(np.max(np.abs(measured)))
-    while len(chosen) < min(LABELLED, len(measured)):
-        apart = np.min(np.abs(measured[:, None] - measured[None, chosen]), axis=1)
-        if apart.max() < least:
-            break
-        chosen.append(int(np.argmax(apart)))
-    return sorted(set(chosen))
 
 
 def _orbit(phasors: ComplexArray) -> tuple[Array, Array]:

@@ -247,6 +247,7 @@ class Chart:
         ""  # what each stack is of, by its first title ('cell'): of many a page shows one at a time, by choice
     )
     most: int = 9  # stacks in a picture
+    main: int = 0  # number of the panel that is drawn on given axes
 
     @property
     def panels(self) -> tuple[Panel, ...]:

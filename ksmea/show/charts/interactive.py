@@ -25,6 +25,11 @@ CHARACTER = 0.006  # part of the width, of a word beside an axis
 HEADING = 22  # px, for the title of a panel
 PLAIN_EXPONENT = 6  # numbers up to 10 to this power are written out on axes
 STANDOFF = 6  # px between the numbers of an axis and its title
+LEAST_LOG, MANY_LOG, MOST_LOG = (
+    4.0,
+    100.0,
+    1e6,
+)  # end over beginning of a logarithmic axis: from which on its ticks are 1, 2, 5 or powers
 LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they stand at 1, 2 and 5 or at powers
 ROOM = 0.05  # of what an axis shows, at its ends
 FEW = 6  # stacks that a page shows side by side; of more, one at a time, by choice
@@ -167,6 +172,8 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.
             own |= {"matches": first} if first not in ("", f"{side}{end}") else {}
             if side == "y" and _is_named_beside(panel, beside[number]):
                 own |= {"title": {"text": ""}} | ({} if scale.ticks is None else {"showticklabels": False})
+            if any(isinstance(each, of.Heat) for each in panel.elements):
+                own |= {"showgrid": False}
             if side == "x" and _is_named_below(shown, next(each for each in numbers if number in each), number):
                 own |= {"showticklabels": False, "title": {"text": ""}}
             made[f"{side}axis{end}"] = own
@@ -235,7 +242,10 @@ def _axis(scale: Axis, panels: Sequence[Panel], side: str) -> Layout:
     }  # fmt: skip
     place = place_on(scale)
     if scale.scale == "log":
-        made |= {"type": "log", "tickformat": "~g", "nticks": LOG_TICKS}
+        low, high = (
+            (scale.low, scale.high) if scale.low and scale.high else ends_of(panels, "x" if side == "x" else "y")
+        )
+        made |= {"type": "log", "tickformat": "~g", **_log_ticks(high / low)}
     elif scale.scale == "linear":
         made |= {"type": "linear", "minexponent": PLAIN_EXPONENT}
     else:
@@ -259,6 +269,15 @@ def _axis(scale: Axis, panels: Sequence[Panel], side: str) -> Layout:
     elif scale.is_reversed:
         made["autorange"] = "reversed"
     return made
+
+
+def _log_ticks(ratio: float) -> Layout:
+    """Ticks of a logarithmic axis by its end over its beginning.
+
+    They are at 1, 2 and 5, at each power of ten, or at a few of them."""
+    if LEAST_LOG < ratio < MANY_LOG:
+        return {"dtick": "D2"}
+    return {"dtick": 1} if MANY_LOG <= ratio < MOST_LOG else {"nticks": LOG_TICKS}
 
 
 def _with_room(scale: Axis, panels: Sequence[Panel], side: str) -> list[float]:

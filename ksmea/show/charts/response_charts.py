@@ -10,26 +10,45 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.show.charts.chart import Axis, Band, Chart, Choice, Element, Level, Line, Panel, Points, Span, broken
-from ksmea.show.charts.colours import AFTER, BEFORE, CONTEXT, MEASURED, MODEL
-from ksmea.show.charts.responses import Response
+from ksmea.show.charts.chart import Axis, Band, Chart, Choice, Element, Line, Panel, Points, broken
+from ksmea.show.charts.colours import AFTER, BEFORE, MEASURED, MODEL
+from ksmea.show.charts.parts.bode import (
+    MOST_NAMED,
+    N_SD,
+    TURN,
+    around,
+    close_pairs,
+    lag_along,
+    marks,
+    nearest_lag,
+    phase_ticks,
+    residual_ground,
+    resonances,
+)
+from ksmea.show.charts.parts.polar import BEYOND, REACH, rings, speeds_at, within
+from ksmea.show.charts.responses import ModelCurve, Response
 
-AMPLITUDE, PHASE, SPEED = "amplitude (µm 0-peak)", "phase lead (°)", "speed (rpm)"
+AMPLITUDE, PHASE, SPEED = "amplitude (µm 0-peak)", "phase lag (°)", "speed (rpm)"
 MOST_ERROR_BARS = 400  # points; more are drawn without
 ACROSS, MAX_CHANNELS = 3, 9  # of a picture; pages and records have all
 COLOURS = {"model before": BEFORE, "model after": AFTER}  # of models; of any other: MODEL
 DASHES = {"model before": "dash"}  # of lines; all others are solid
-JUMP = 340.0  # degrees between neighbours of a wrapped phase, where its line is broken
 SYMBOLS, MARKS = ("circle", "x"), ("●", "×")  # of the parts of residuals, and as a caption shows them
-N_SD = 2.0  # of the noise: the band of residuals
+MOST_ZOOMED = 3  # channels that have a column for a close pair
+LEAST_SIGMA, ROOM_FOR_WORDS = 3.0, 1.4  # that the axis of residuals shows at least, and times the largest residual
+PHASE_ROOM = 0.5  # of the range of phases, above them
 
 
 def bode_chart(response: Response, title: str) -> Chart:
-    """Amplitude, phase where there is one, and residuals in units of the noise, one below the other.
+    """Phase lag unwrapped along the model, amplitude, and residuals in units of the noise.
 
-    A stack per channel.
-    """
-    stacks = tuple(tuple(_panels(response, column)) for column in range(len(response.channels)))
+    They are one below the other in a stack per channel, followed by one of a pair of resonances closer than 5 %, if channels are few."""
+    stacks: list[tuple[Panel, ...]] = []
+    peaks = resonances(_model(response)) if response.curves else []
+    pairs = close_pairs(peaks)[:1] if len(response.channels) <= MOST_ZOOMED else []
+    for column in range(len(response.channels)):
+        stacks.append(tuple(_panels(response, column, peaks)))
+        stacks += [tuple(_panels(response, column, peaks, pair)) for pair in pairs]
     bars = "dots: measured, with ± 1 σ" if _has_bars(response) else "dots: measured"
     of_both = ", of one law for both, each at its own response" if len(response.residuals) > 1 else ""
     below = (
@@ -42,41 +61,84 @@ def bode_chart(response: Response, title: str) -> Chart:
         if response.averaged is not None
         else ""
     )
-    caption = f"Amplitude{' and phase lead' if response.has_phase else ''} over speed; {bars}, lines: {_models(response)}{averaged}{below}."
-    across = len(stacks) if len(stacks) == ACROSS + 1 else min(ACROSS, len(stacks))
-    return Chart(
-        title, caption, stacks, across, max(7.0, 2.8 * across + 0.6), _choices(response), "channel", MAX_CHANNELS
+    named = "; vertical: peaks of the model, rpm" if 0 < len(peaks) <= MOST_NAMED else ""
+    zoomed = "; on the right: two peaks closer than 5 %" if pairs else ""
+    caption = (
+        f"{'Phase lag and amplitude' if response.has_phase else 'Amplitude'} over speed; {bars}, lines: {_models(response)}"
+        f"{averaged}{below}{named}{zoomed}."
     )
+    across = 2 if pairs else _across(stacks)
+    return Chart(
+        title, caption, tuple(stacks), across, max(7.0, (3.8 if pairs else 2.8) * across + 0.6), _choices(response), "channel", MAX_CHANNELS,
+        int(response.has_phase),
+    )  # fmt: skip
+
+
+def _model(response: Response) -> ModelCurve:
+    """The curve of the last model, along which phases are unwrapped."""
+    return list(response.curves.values())[-1]
 
 
 def _across(stacks: Sequence[object]) -> int:
     return len(stacks) if len(stacks) == ACROSS + 1 else min(ACROSS, len(stacks))
 
 
-def _panels(response: Response, column: int) -> Iterator[Panel]:
-    x = Axis(SPEED, group="speed")
-    yield Panel(
-        tuple(_amplitude(response, column)),
-        x,
-        Axis(AMPLITUDE, "log", group="amplitude"),
-        response.channels[column],
-        2.6,
-    )
+def _panels(
+    response: Response, column: int, peaks: Sequence[float], pair: tuple[float, float] | None = None
+) -> Iterator[Panel]:
+    """Panels of a channel; `pair` are two resonances that a column of their own shows."""
+    low, high = (None, None) if pair is None else around(pair)
+    x = Axis(SPEED, low=low, high=high, group="speed" if pair is None else "pair")
+    shown = [each for each in peaks if low is None or high is None or low <= each <= high]
+    title = response.channels[column]
+    title = title if pair is None else f"{title}, {pair[0]:.0f} and {pair[1]:.0f} rpm"
+
+    def marked(*, is_top: bool = False) -> Iterator[Element]:
+        yield from marks(shown, with_names=is_top, are_apart=pair is not None)
+
     if response.has_phase:
-        ticks = {float(each): str(each).replace("-", "−") for each in (-180, -90, 0, 90, 180)}
-        y = Axis(PHASE, low=-190, high=190, ticks=ticks, group="phase")
-        yield Panel(tuple(_phase(response, column)), x, y, height=1.4)
+        yield Panel((*marked(is_top=True), *_phase(response, column)), x, _phase_axis(response), title, 1.5)
+    elements = (*marked(is_top=not response.has_phase), *_amplitude(response, column))
+    yield Panel(elements, x, Axis(AMPLITUDE, "log", group="amplitude"), "" if response.has_phase else title, 2.6)
     for name, parts in response.residuals.items():
-        elements: list[Element] = [Span(low=-N_SD, high=N_SD), Level(at=0.0, dash="solid", width=0.6)]
-        elements += [
+        most = max(LEAST_SIGMA, *(float(np.nanmax(np.abs(left))) for left in parts.values())) * ROOM_FOR_WORDS
+        own = {part: left[:, column] for part, left in parts.items()}
+        ground = list(residual_ground(own, most, float(np.max(response.speed))))
+        points = [
             Points(
-                response.speed, left[:, column], symbol, 3.0, name=f"residual {part}" if len(parts) > 1 else "residual", colour=COLOURS.get(name, MODEL),
+                response.speed, left, symbol, 3.0, name=f"residual {part}" if len(parts) > 1 else "residual", colour=COLOURS.get(name, MODEL),
                 said=f"{{x:.0f}} rpm: {{y:.2f}} σ ({part})", tags={"model": name},
             )
-            for (part, left), symbol in zip(parts.items(), SYMBOLS)
+            for (part, left), symbol in zip(own.items(), SYMBOLS)
         ]  # fmt: skip
         of_model = f"\n{name.removeprefix('model ')}" if len(response.residuals) > 1 else ""
-        yield Panel(tuple(elements), x, Axis(f"residual / σ{of_model}", group=name), height=1.4)
+        y = Axis(f"residual / σ{of_model}", low=-most, high=most, group=name)
+        yield Panel((*(ground if pair is None else ground[:-1]), *points), x, y, height=1.4)
+
+
+def _phase_axis(response: Response) -> Axis:
+    """From the least to the largest lag of all channels, with room for names of resonances."""
+    lags = [_lags(response, column) for column in range(len(response.channels))]
+    every = np.concatenate([each for of in lags for each in of])
+    low, high = float(np.nanmin(every)), float(np.nanmax(every))
+    room = PHASE_ROOM * max(high - low, 90.0)
+    return Axis(
+        PHASE,
+        low=low - 0.3 * room,
+        high=high + room,
+        ticks=phase_ticks(low - 0.3 * room, high + 0.2 * room),
+        group="phase",
+    )
+
+
+def _lags(response: Response, column: int) -> list[Array]:
+    """Measured lag, and the lag of each model."""
+    models = list(response.curves.values())
+    measured = response.measured[:, column]
+    if not models:
+        return [np.degrees(-np.angle(measured)) % TURN]
+    own = nearest_lag(measured, response.speed, response.breaks, models[-1], column)
+    return [own, *(lag_along(curve, column) for curve in models)]
 
 
 def _amplitude(response: Response, column: int) -> Iterator[Element]:
@@ -98,11 +160,10 @@ def _amplitude(response: Response, column: int) -> Iterator[Element]:
 
 
 def _phase(response: Response, column: int) -> Iterator[Element]:
-    measured = np.degrees(np.angle(response.measured[:, column]))
+    measured, *of_models = _lags(response, column)
     yield Points(response.speed, measured, size=3.5, colour=MEASURED, opacity=0.85, said="{x:.0f} rpm: {y:.1f}°")
-    for model, curve in response.curves.items():
-        phase = broken(_unbroken(np.degrees(np.angle(curve.values[:, column]))), curve.breaks)
-        yield _line(model, broken(curve.speed, curve.breaks), phase)
+    for (model, curve), lag in zip(response.curves.items(), of_models):
+        yield _line(model, broken(curve.speed, curve.breaks), broken(lag, curve.breaks))
 
 
 def _line(model: str, x: Array, y: Array, said: str | list[str] = "") -> Line:
@@ -119,28 +180,28 @@ def _line(model: str, x: Array, y: Array, said: str | list[str] = "") -> Line:
 
 
 def nyquist_chart(response: Response) -> Chart:
-    """The response in the complex plane."""
+    """The response in the complex plane, with rings of equal amplitude and speeds at some points.
+
+    0° is to the right, lag clockwise.
+    """
     stacks = []
-    x, y = Axis("real part (µm)"), Axis("imaginary part (µm)")
     for column, channel in enumerate(response.channels):
-        elements: list[Element] = [
-            Level(at=0.0, dash="solid", width=0.6, colour=CONTEXT),
-            Level(at=0.0, along="x", dash="solid", width=0.6, colour=CONTEXT),
-        ]
+        measured = response.measured[:, column]
+        reach = float(np.max(np.abs(measured)))
+        elements = list(rings(reach))
         for model, curve in response.curves.items():
-            values, rpm = curve.values[:, column], broken(curve.speed, curve.breaks)
+            values, rpm = within(curve.values[:, column], reach), broken(curve.speed, curve.breaks)
             re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
             elements.append(_line(model, re, im, _speeds(rpm)))
-        measured = response.measured[:, column]
-        elements.append(
-            Points(
-                measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=_speeds(response.speed)
-            )
-        )
-        stacks.append((Panel(tuple(elements), x, y, channel, 3.4, is_to_scale=True),))
+        said = _speeds(response.speed)
+        elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
+        elements += speeds_at(measured, said)
+        axis = Axis(low=-REACH * reach, high=REACH * reach, ticks={})
+        stacks.append((Panel(tuple(elements), axis, axis, channel, 3.4, is_to_scale=True),))
     return Chart(
         "Response in the complex plane",
-        f"Nyquist plot of each channel; dots: measured, lines: {_models(response)}; a point's speed shows on touch or hover.",
+        f"Polar plot of each channel, µm 0-peak; 0° of phase to the right, lag clockwise; dots: measured, lines: {_models(response)}, up to"
+        f" {BEYOND:g} times the largest measured amplitude; numbers: speed in rpm.",
         tuple(stacks), _across(stacks), choices=_choices(response), of_stacks="channel",
     )  # fmt: skip
 
@@ -154,11 +215,6 @@ def _marks(response: Response) -> str:
     parts = next(iter(response.residuals.values()), {})
     legend = [f"{mark} {part}" for part, mark in zip(parts, MARKS)]
     return f" ({'; '.join(legend)})" if len(legend) > 1 else ""
-
-
-def _unbroken(phase: Array) -> Array:
-    """A wrapped phase with a gap where it jumps."""
-    return np.where(np.abs(np.diff(phase, append=phase[-1:])) > JUMP, np.nan, phase)
 
 
 def _has_bars(response: Response) -> bool:

@@ -186,7 +186,7 @@ class PanelTraces:
         return {"hovertext": list(element.said), "hovertemplate": "%{hovertext}<extra></extra>"}
 
     def _line(self, element: of.Line, colour: str) -> Trace:
-        style = {"color": colour, "width": 1.15 * element.width, "dash": element.dash}
+        style = {"color": colour, "width": 1.15 * element.width, "dash": element.dash, "simplify": False}
         made: Trace = {"type": "scatter", "mode": "lines", "line": style | _steps(element.is_stepped)}
         made |= {"x": self.x(element.x), "y": self.y(element.y)}
         if element.symbol:

@@ -2,6 +2,7 @@
 (async () => {
   const figures = [...document.querySelectorAll("figure.plot")];
   const coarse = matchMedia("(pointer: coarse)").matches;
+  const TITLE_LINE = 20; // px, of a title that a saved picture has
   const PRINT_WIDTH = 660; // px, inside the margins of a sheet
 
   for (const button of document.querySelectorAll("button[data-do=copy]")) {
@@ -44,12 +45,14 @@
 
   function draw(figure) {
     const spec = JSON.parse(figure.querySelector("script").textContent);
+    for (const trace of spec.data ?? [])
+      for (const side of ["x", "y"]) if (trace[side]?.shared !== undefined) trace[side] = spec.shared[trace[side].shared];
     const canvas = figure.querySelector(".canvas");
     for (const part of [canvas, figure.querySelector(".controls")]) part.hidden = false;
     figure.querySelector(".still").hidden = true;
     if (figure.dataset.kind === "orbits") return drawOrbits(figure, canvas, spec);
     const layout = { ...spec.layout, autosize: true };
-    if (coarse) layout.dragmode = false; // a finger scrolls the page; the buttons zoom
+    if (coarse) layout.dragmode = false; // a finger scrolls the page, two zoom it
     const narrow = canvas.clientWidth < 520;
     if (narrow && layout.narrow) Object.assign(layout, layout.narrow);
     if (layout.height) canvas.style.height = `${layout.height}px`;
@@ -62,14 +65,91 @@
         Plotly.relayout(canvas, marks(figure, spec.layout));
         reset(canvas);
       });
-    const doing = { in: () => zoom(canvas, 0.7), out: () => zoom(canvas, 1 / 0.7), reset: () => reset(canvas),
-      save: () => Plotly.downloadImage(onWhite(canvas), { format: "png", scale: 2, filename: figure.id,
-        width: canvas.clientWidth, height: canvas.clientHeight }) };
-    for (const button of figure.querySelectorAll("button[data-do]")) button.addEventListener("click", doing[button.dataset.do]);
+    figure.querySelector("button[data-do=reset]").addEventListener("click", () => reset(canvas));
+    makeSavable(figure, canvas);
   }
 
-  /** A plot as it is zoomed, on a ground of its own: what is saved is seen elsewhere. */
-  function onWhite({ data, layout }) { return { data, layout: { ...layout, paper_bgcolor: "#ffffff" } }; }
+  /** Links below a figure that save it as it is seen: as a picture, or its numbers. */
+  function makeSavable(figure, canvas) {
+    const links = figure.querySelector(".save"), filename = figure.dataset.name;
+    links.hidden = false;
+    for (const button of links.querySelectorAll("button")) {
+      const format = button.dataset.do;
+      button.addEventListener("click", () => {
+        if (format === "csv") return saveText(`${filename}.csv`, numbers(canvas));
+        const lines = wrapped(figure.querySelector("h3").textContent, canvas.clientWidth / 7.5);
+        Plotly.downloadImage(onWhite(canvas, lines), { format, scale: format === "png" ? 2 : 1, filename,
+          width: canvas.clientWidth, height: canvas.clientHeight + TITLE_LINE * lines.length });
+      });
+    }
+  }
+
+  function saveText(filename, text) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+    link.download = filename;
+    link.click();
+    URL.revokeObjectURL(link.href);
+  }
+
+  /** A plot as it is zoomed, below its title and on a ground of its own: what is saved is seen elsewhere. */
+  function onWhite({ data, layout }, lines) {
+    const title = { text: lines.map(inert).join("<br>"), font: { size: 14 }, x: 0, xref: "container", xanchor: "left", y: 1, yref: "container", yanchor: "top", pad: { l: 8, t: 8 } };
+    const margin = { ...layout.margin, t: (layout.margin?.t ?? 0) + TITLE_LINE * lines.length };
+    return { data, layout: { ...layout, title, margin, height: undefined, width: undefined, paper_bgcolor: "#ffffff" } };
+  }
+
+  function wrapped(text, length) {
+    const lines = [""];
+    for (const word of text.split(" ")) {
+      if (`${lines.at(-1)} ${word}`.length > length && lines.at(-1)) lines.push(word);
+      else lines[lines.length - 1] = `${lines.at(-1)} ${word}`.trim();
+    }
+    return lines;
+  }
+
+  /** The numbers of a plot as it is chosen, as CSV: a row for each point, box, bar or cell, ends of its interval where it has one. */
+  function numbers(canvas) {
+    const plain = (text) => (text ?? "").replaceAll("<br>", " ").replace(/<[^>]*>/g, "");
+    const quoted = (value) => (/[",\n]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value);
+    const rows = [["x axis", "y axis", "series", "x", "y", "x low", "x high", "y low", "y high", "value"]];
+    for (const trace of canvas.data) {
+      if (trace.visible === false) continue;
+      const ids = [trace.xaxis ?? "x", trace.yaxis ?? "y"];
+      const [x, y] = ids.map((id) => canvas.layout[axisOf(id)] ?? {});
+      const names = ids.map((id) => plain(titleOf(canvas, id)));
+      const said = (axis, value) => { const at = axis.tickvals?.indexOf(value) ?? -1; return at >= 0 ? plain(axis.ticktext[at]) : value; };
+      const row = (at, value, ends = {}, number = "") =>
+        rows.push([...names, plain(trace.name), said(x, at), said(y, value), ends.xl, ends.xh, ends.yl, ends.yh, number]);
+      if (trace.type === "box") {
+        const [own, other, ends] = trace.orientation === "h" ? ["x", "y0", ["xl", "xh"]] : ["y", "x0", ["yl", "yh"]];
+        for (const [low, middle, high] of [[trace.q1[0], trace.median[0], trace.q3[0]]])
+          row(own === "x" ? middle : trace[other], own === "y" ? middle : trace[other], { [ends[0]]: low, [ends[1]]: high });
+      } else if (trace.type === "heatmap")
+        trace.z.forEach((line, down) => line.forEach((z, right) => row(trace.x?.[right] ?? right, trace.y?.[down] ?? down, {}, plain(trace.text?.[down]?.[right] || String(z)))));
+      else if (trace.x && trace.y)
+        for (let index = 0; index < trace.x.length; index++) {
+          if (trace.x[index] == null || trace.y[index] == null) continue;
+          const base = trace.base?.[index] ?? 0, isFlat = trace.orientation === "h";
+          const at = { x: trace.x[index] + (isFlat ? base : 0), y: trace.y[index] + (trace.type === "bar" && !isFlat ? base : 0) }, ends = {};
+          for (const side of ["x", "y"]) {
+            const error = trace["error_" + side];
+            if (error) Object.assign(ends, { [side + "l"]: at[side] - error.arrayminus[index], [side + "h"]: at[side] + error.array[index] });
+          }
+          row(at.x, at.y, ends);
+        }
+    }
+    return rows.map((row) => row.map((value) => quoted(String(value ?? ""))).join(",")).join("\n") + "\n";
+  }
+
+  function axisOf(id) { return `${id[0]}axis${id.slice(1)}`; }
+
+  /** The words of an axis, which may stand at another panel that shares it. */
+  function titleOf(canvas, id) {
+    const first = canvas.layout[axisOf(id)]?.matches ?? id;
+    const shared = Object.entries(canvas.layout).filter(([name, axis]) => name === axisOf(first) || (/^[xy]axis/.test(name) && axis.matches === first));
+    return canvas.layout[axisOf(id)]?.title?.text || shared.map(([, axis]) => axis.title?.text).find(Boolean) || "";
+  }
 
   /** Whether the selects leave in what has these tags. */
   function isSeen(figure, tags = {}) {
@@ -89,17 +169,6 @@
 
   function axes(canvas) { return Object.keys(canvas._fullLayout).filter((name) => /^[xy]axis\d*$/.test(name)); }
 
-  function zoom(canvas, factor) {
-    const ranges = {};
-    for (const name of axes(canvas)) {
-      const [low, high] = canvas._fullLayout[name].range.map(Number);
-      if (Number.isNaN(low + high)) continue;
-      const middle = (low + high) / 2, half = factor * (high - low) / 2;
-      ranges[name + ".range"] = [middle - half, middle + half];
-    }
-    Plotly.relayout(canvas, ranges);
-  }
-
   function reset(canvas) {
     const given = JSON.parse(canvas.closest("figure").querySelector("script").textContent).layout ?? {};
     const ranges = {};
@@ -115,7 +184,7 @@
 
   function drawOrbits(figure, canvas, spec) {
     const slider = figure.querySelector("input"), output = figure.querySelector("output");
-    const colours = { measured: "#d1581f", model: "#2b7ab8" }, names = Object.keys(spec.planes);
+    const colours = { measured: "#7a7a7a", model: "#2b7ab8" }, names = Object.keys(spec.planes);
     const turn = Array.from({ length: 73 }, (_, step) => (2 * Math.PI * step) / 72);
     const layout = { autosize: true, margin: { l: 56, r: 10, t: 56, b: 46 }, showlegend: true, dragmode: false,
       font: { size: 12, family: "system-ui, sans-serif" }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
@@ -149,6 +218,7 @@
     };
     slider.addEventListener("input", show);
     show();
+    makeSavable(figure, canvas);
   }
 
   function resize(width) {

@@ -1,0 +1,125 @@
+"""Parts of a Bode plot: unwrapped phase lag, resonances, and residuals counted against noise alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from statistics import NormalDist
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.show.charts.chart import Element, Level, Span, Words
+from ksmea.show.charts.colours import CONTEXT
+from ksmea.show.charts.responses import ModelCurve
+
+TURN = 360.0  # degrees
+CLOSE = 0.05  # of a speed: resonances that are nearer get a column of their own
+N_SD = 2.0  # of the noise: the band of residuals
+HALF_POWER = np.sqrt(0.5)  # of a peak
+PART_AROUND = 0.5  # of their distance, that a column of a close pair shows on both sides
+MOST_NAMED = 8  # resonances with their speed
+STEPS = (45, 90, 180, 360)  # degrees between ticks of a phase
+MOST_TICKS = 5
+
+
+def lag_along(curve: ModelCurve, column: int) -> Array:
+    """Phase lag (n,), degrees, of a model's curve without jumps, each run on its own.
+
+    It begins between 0 and 360.
+    """
+    runs = np.split(-np.angle(curve.values[:, column]), list(curve.breaks))
+    lags = [np.degrees(np.unwrap(lag)) for lag in runs]
+    return np.concatenate([lag - TURN * np.floor(lag[0] / TURN) if len(lag) else lag for lag in lags])
+
+
+def nearest_lag(measured: ComplexArray, speed: Array, breaks: Sequence[int], curve: ModelCurve, column: int) -> Array:
+    """Measured phase lag (n_speed,), degrees, in the turn that is nearest to a model's, run by run."""
+    lag = np.degrees(-np.angle(measured))
+    of_model = lag_along(curve, column)
+    rows = zip(_runs(len(speed), breaks), _runs(len(curve.speed), curve.breaks))
+    expected = [np.interp(speed[own], *_ascending(curve.speed[fine], of_model[fine])) for own, fine in rows]
+    if sum(map(len, expected)) != len(speed):
+        return lag
+    return np.asarray(lag + TURN * np.round((np.concatenate(expected) - lag) / TURN))
+
+
+def _ascending(speed: Array, values: Array) -> tuple[Array, Array]:
+    order = np.argsort(speed, kind="stable")
+    return speed[order], values[order]
+
+
+def _runs(n: int, breaks: Sequence[int]) -> list[slice]:
+    starts = [0, *breaks, n]
+    return [slice(first, last) for first, last in pairwise(starts)]
+
+
+def phase_ticks(low: float, high: float) -> dict[float, str]:
+    """Multiples of 45, 90, 180 or 360° between two ends, at most five."""
+    for step in STEPS:
+        ticks = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
+        if len(ticks) <= MOST_TICKS:
+            break
+    return {float(each): f"{each:.0f}".replace("-", "−") for each in ticks + 0.0}  # −0.0 becomes 0
+
+
+def resonances(curve: ModelCurve) -> list[float]:
+    """Speeds of the peaks of a model's response, as root sum of squares over the channels.
+
+    Each is there once for all runs: those within half a half-power width are one. A single channel may also rise before it falls to an antiresonance."""
+    found: list[tuple[float, float]] = []
+    for rows in _runs(len(curve.speed), curve.breaks):
+        found += peaks(*_ascending(curve.speed[rows], np.linalg.norm(curve.values[rows], axis=1)))
+    kept: list[tuple[float, float]] = []
+    for at, width in sorted(found):
+        if not kept or at - kept[-1][0] > max(width, kept[-1][1]) / 2:
+            kept.append((at, width))
+    return [at for at, _ in kept]
+
+
+def peaks(speed: Array, size: Array) -> list[tuple[float, float]]:
+    """Speed and half-power width of each peak of an amplitude (n_speed,) that falls by √2 on both sides."""
+    found = []
+    for peak in np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1:
+        below = size < HALF_POWER * size[peak]
+        before, behind = np.flatnonzero(below[:peak]), np.flatnonzero(below[peak:])
+        if len(before) and len(behind):
+            found.append((float(speed[peak]), float(speed[peak + behind[0]] - speed[before[-1]])))
+    return found
+
+
+def close_pairs(at: Sequence[float]) -> list[tuple[float, float]]:
+    """Neighbouring resonances that are closer than 5 %."""
+    return [(one, other) for one, other in pairwise(at) if other - one < CLOSE * other]
+
+
+def around(pair: tuple[float, float]) -> tuple[float, float]:
+    """Ends of a column that shows a close pair."""
+    room = PART_AROUND * (pair[1] - pair[0])
+    return pair[0] - room, pair[1] + room
+
+
+def marks(at: Sequence[float], *, with_names: bool, are_apart: bool) -> Iterator[Level]:
+    """Lines at resonances. Of a close pair the first has the names of both, unless they are drawn apart."""
+    pairs = {} if are_apart else dict(close_pairs(at))
+    for each in at if len(at) <= MOST_NAMED else ():
+        is_second = each in pairs.values()
+        name = f"{each:.0f}" + (f", {pairs[each]:.0f}" if each in pairs and pairs[each] not in pairs else "")
+        label = name if with_names and not is_second else ""
+        yield Level(at=each, along="x", dash="solid", width=0.5, label=label, colour=CONTEXT, opacity=0.7)
+
+
+def outside(parts: Mapping[str, Array]) -> str:
+    """For example '10 of 180 outside ± 2 σ; noise alone: 8'."""
+    every = np.concatenate([np.ravel(left) for left in parts.values()])
+    every = every[np.isfinite(every)]
+    expected = 2 * (1 - NormalDist().cdf(N_SD)) * len(every)
+    n_outside = np.count_nonzero(np.abs(every) > N_SD)
+    return f"{n_outside} of {len(every)} outside ± {N_SD:g} σ; noise alone: {expected:.0f}"
+
+
+def residual_ground(parts: Mapping[str, Array], most: float, right: float) -> Iterator[Element]:
+    """The band of ± 2 σ, and how many residuals lie outside of it, at the upper right."""
+    yield Span(low=-N_SD, high=N_SD)
+    yield Level(at=0.0, dash="solid", width=0.6)
+    yield Words(x=right, y=most, text=outside(parts), side="right", edge="top", has_ground=True)

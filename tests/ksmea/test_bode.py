@@ -1,0 +1,128 @@
+"""Bode and polar plots: phase lag without jumps, resonances and their close pairs, counted residuals, round loops."""
+
+import numpy as np
+import pytest
+
+from bench.reports.response_blocks import orbits
+from ksmea import identify, load_problem, synthetic_measurement
+from ksmea.show.charts import interactive, picture
+from ksmea.show.charts.chart import Level, Line, Points, Words
+from ksmea.show.charts.parts.bode import close_pairs, lag_along, nearest_lag, outside, peaks, phase_ticks, resonances
+from ksmea.show.charts.parts.polar import BEYOND, LABELLED
+from ksmea.show.charts.response_charts import bode_chart, nyquist_chart
+from ksmea.show.charts.responses import ModelCurve, of_fit
+
+CRITICAL = (3620, 3798, 10018, 11279)  # rpm, of the three-disk rotor
+
+
+@pytest.fixture(scope="module")
+def response():
+    rotor = load_problem("three_disk")
+    measured = synthetic_measurement(rotor, relative=0.05, kind="complex", rng=1).measurement
+    found = identify(rotor, measured, method="direct", optimizer="lm", rng=1)
+    return of_fit(found.record.fit)
+
+
+def one_degree(damping=0.01, n=2001):
+    """Receptance of a single degree of freedom whose natural speed is 1000 rpm, as two channels of opposite sign."""
+    speed = np.linspace(500, 1500, n)
+    ratio = speed / 1000
+    value = 1 / (1 - ratio**2 + 2j * damping * ratio)
+    return ModelCurve(speed, np.stack([value, -value], axis=1))
+
+
+def test_a_lag_rises_by_half_a_turn_without_a_jump():
+    curve = one_degree()
+    for column, first in ((0, 0.0), (1, 180.0)):
+        lag = lag_along(curve, column)
+        assert lag[0] == pytest.approx(first, abs=2) and lag[-1] == pytest.approx(first + 180, abs=2)
+        assert np.all(np.diff(lag) > 0)
+
+
+def test_a_measured_lag_stands_in_the_turn_of_the_model():
+    curve = one_degree()
+    rows = np.arange(0, 2001, 100)
+    measured = curve.values[rows, 1] * np.exp(0.1j)
+    lag = nearest_lag(measured, curve.speed[rows], (), curve, 1)
+    assert lag == pytest.approx(lag_along(curve, 1)[rows] - np.degrees(0.1), abs=1e-6)
+
+
+def test_runs_are_unwrapped_apart():
+    once = one_degree()
+    twice = ModelCurve(np.tile(once.speed, 2), np.tile(once.values, (2, 1)), (len(once.speed),))
+    assert lag_along(twice, 0) == pytest.approx(np.tile(lag_along(once, 0), 2))
+    assert resonances(twice) == resonances(once)
+
+
+def test_a_resonance_has_its_half_power_width():
+    curve = one_degree()
+    [(at, width)] = peaks(curve.speed, np.abs(curve.values[:, 0]))
+    assert at == pytest.approx(1000, rel=1e-3) and width == pytest.approx(2 * 0.01 * 1000, rel=0.1)
+    assert close_pairs([3620.0, 3798.0, 10018.0]) == [(3620.0, 3798.0)] and close_pairs([100.0, 106.0]) == []
+
+
+def test_ticks_of_a_phase_are_few_and_round():
+    assert phase_ticks(-20, 200) == {0: "0", 45: "45", 90: "90", 135: "135", 180: "180"}
+    assert list(phase_ticks(-95, 360)) == [0, 180, 360] and list(phase_ticks(-300, 900)) == [0, 360, 720]
+
+
+def test_residuals_are_counted_against_noise_alone():
+    many = np.random.default_rng(1).normal(size=(1000, 2))
+    expected = np.count_nonzero(np.abs(many) > 2)
+    assert outside({"one": many[:, 0], "other": many[:, 1]}) == f"{expected} of 2000 outside ± 2 σ; noise alone: 91"
+
+
+def test_a_bode_plot_names_its_resonances_and_shows_the_close_pair_apart(response):
+    assert np.round(resonances(response.curves["fitted"])) == pytest.approx(CRITICAL, abs=2)
+    chart = bode_chart(response, "title")
+    titles = [stack[0].title for stack in chart.stacks]
+    assert titles == [f"{name} at 0.1 m{pair}" for name in "xy" for pair in ("", ", 3620 and 3798 rpm")]
+    whole, pair = chart.stacks[:2]
+    assert [panel.y.label for panel in whole] == ["phase lag (°)", "amplitude (µm 0-peak)", "residual / σ"]
+    named = [[each.label for each in stack[0].elements if isinstance(each, Level)] for stack in (whole, pair)]
+    third, fourth = (f"{each:.0f}" for each in resonances(response.curves["fitted"])[2:])
+    assert named == [["3620, 3798", "", third, fourth], ["3620", "3798"]]
+    assert pair[0].x.low < 3620 and pair[0].x.high > 3798 and pair[0].x.high - pair[0].x.low < 400
+    [said] = [each.text for each in whole[2].elements if isinstance(each, Words)]
+    assert said.endswith("of 106 outside ± 2 σ; noise alone: 5")
+    [line] = [each for each in whole[0].elements if isinstance(each, Line)]
+    [dots] = [each for each in whole[0].elements if isinstance(each, Points)]
+    of_model = np.interp(dots.x, line.x, line.y)
+    assert np.max(np.abs(dots.y - of_model)) < 90 and np.median(np.abs(dots.y - of_model)) < 4
+    assert np.max(np.abs(np.diff(line.y))) < 15  # no jump, and no corner
+
+
+def test_page_and_picture_of_a_bode_plot_agree(response):
+    chart = bode_chart(response, "title")
+    axes, spec = picture.figure(chart).axes, interactive.plot(chart)
+    layout = spec["layout"]
+    sides = [layout[f"{side}axis{end}"] for side in "xy" for end in ("", *range(2, len(chart.panels) + 1))]
+    assert len(axes) == len(chart.panels) == len(sides) / 2
+    pair = [each for each in axes if "3798 rpm" in each.get_title()]
+    for each in pair:
+        assert list(each.get_xlim()) == pytest.approx(layout["xaxis4"]["range"])
+    shown = {note["text"] for note in layout["annotations"]}
+    drawn = {text.get_text() for each in axes for text in each.texts}
+    assert drawn <= shown and {"3620, 3798", "3620", "3798"} <= drawn
+
+
+def test_loops_are_round_and_speeds_are_named(response):
+    chart = nyquist_chart(response)
+    for column, panel in enumerate(chart.panels):
+        assert panel.is_to_scale and panel.x.low == -panel.x.high
+        reach = np.max(np.abs(response.measured[:, column]))
+        [curve] = [each for each in panel.elements if isinstance(each, Line) and each.name == "fitted"]
+        values = np.asarray(curve.x) + 1j * np.asarray(curve.y)
+        assert np.nanmax(np.abs(values)) <= BEYOND * reach
+        steps = np.diff(values)
+        is_long = np.abs(steps) > 0.02 * reach  # longer than 3 px
+        turns = np.degrees(np.abs(np.angle(steps[1:] * np.conj(steps[:-1]))))[is_long[1:] & is_long[:-1]]
+        assert np.nanmax(turns) < 10
+        speeds = [each.text for each in panel.elements if isinstance(each, Words) and each.has_ground]
+        assert 3 <= len(speeds) <= LABELLED and all(each.isdigit() for each in speeds)
+
+
+def test_the_orbit_of_the_largest_misfit_is_seen_first(response):
+    seen = orbits(response)
+    misfit = np.abs(response.measured - response.at_speeds["fitted"]).max(axis=1)
+    assert seen.first == np.argmax(misfit) and f"{response.speed[seen.first]:.0f} rpm" in seen.title
