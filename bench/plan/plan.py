@@ -153,9 +153,18 @@ def all_runs(cells: tuple[Cell, ...], repetitions: int, versions: Mapping[str, s
     runs = []
     for repetition in range(repetitions):
         for index, cell in enumerate(cells):
-            question = _hash([settings[index], component_seeds(cell.seed, repetition)])
+            question = _question(settings[index], cell.seed, repetition)
             runs.append(Run(key_of(question, answering[index]), question, index, repetition))
     return tuple(runs)
+
+
+def question_of(settings: Mapping[str, Any], seed: int, repetition: int) -> str:
+    """The hash of a cell's settings and of the seeds of one of its runs."""
+    return _question(_hash(settings), seed, repetition)
+
+
+def _question(settings: str, seed: int, repetition: int) -> str:
+    return _hash([settings, component_seeds(seed, repetition)])
 
 
 def answered_by(code: str, versions: Mapping[str, str]) -> str:
@@ -236,8 +245,7 @@ def _check_questions(plan: Plan) -> None:
     changed."""
     settings = [_hash(cell.settings) for cell in plan.cells]
     for run in plan.runs:
-        seeds = component_seeds(plan.cells[run.cell].seed, run.repetition)
-        if run.question != _hash([settings[run.cell], seeds]):
+        if run.question != _question(settings[run.cell], plan.cells[run.cell].seed, run.repetition):
             raise ValueError(f"run {run.key} is not of its cell")
 
 
