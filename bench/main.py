@@ -96,6 +96,8 @@ def _restore(variable: str, before: str | None) -> None:
 def _done(words: list[str]) -> int:
     if not words:
         return _printed(_start_text())
+    if any("\0" in word for word in words):  # no shell passes one on; files with such names raise ValueError
+        raise SettingError("expected arguments without NUL characters, got one; leave it out")
     first, *others = words
     asks = [word for word in words if word in HELP[1:]]
     if first in (*COMMANDS, COMPLETION, *HELP[:1]) and asks:

@@ -49,7 +49,7 @@ from ksmea.settings.settings import setting
 from ksmea.settings.strict_yaml import parse
 from ksmea.settings.strict_yaml import read_bytes as read_yaml
 from measurements.campaign_document import Document, RunEntry, read_document
-from measurements.common_speeds import at_common_speeds
+from measurements.common_speeds import at_compared_speeds
 from measurements.formats.waveforms.keyphasor import require_one_edge
 from measurements.run_up import RunUp, run_up
 from measurements.run_up_rows import MAX_BYTES, Rows, read_bytes, rows_of, rows_of_run, text_of
@@ -77,7 +77,7 @@ class CampaignFile(MeasurementSource):
     )
     reference: str = setting(
         "",
-        "name of a run: only how the others differ from it counts, at the speeds that all have, so that what is alike in all"
+        "name of a run: only how the runs differ counts, at the speeds that two or more have, so that what is alike in all"
         " runs cancels; which run it is makes no difference; empty: all data count",
     )
 
@@ -195,7 +195,7 @@ class CampaignFile(MeasurementSource):
         if not self.reference:
             return tuple(alike)
         interpolate = self.incomplete == "interpolate"
-        return tuple(at_common_speeds(alike, names, self.reference, self.path, interpolate=interpolate))
+        return tuple(at_compared_speeds(alike, names, self.reference, self.path, interpolate=interpolate))
 
     def _read(self, entry: RunEntry) -> RunUp:
         rows = self._rows[entry.file]

@@ -1,4 +1,6 @@
-"""Runs of a campaign at common speeds, for differences between runs; mean vectors of repeated speeds.
+"""Runs of a campaign at speeds that two of them or more have; mean vectors of repeated speeds.
+
+Differences use these.
 
 Runs that were measured at their own speeds can be interpolated to common ones, as channels are
 (`measurements/shared_speeds.py` has the method and the uncertainty): the run with the fewest speeds gives them, between
@@ -17,7 +19,7 @@ import numpy as np
 
 from ksmea.arrays import Array, Indices
 from ksmea.errors import SettingError, shortened, unknown
-from ksmea.measurement.speeds import COMMON_SPEED, common_speeds
+from ksmea.measurement.speeds import COMMON_SPEED, compared_speeds, equal_speeds
 from measurements.formats.curve import Flags
 from measurements.run_up import RunUp
 from measurements.run_up_rows import Rows, rows_at
@@ -25,10 +27,10 @@ from measurements.shared_speeds import Interpolated, interpolated
 from measurements.slow_roll import vectors, with_vectors
 
 
-def at_common_speeds(
+def at_compared_speeds(
     runs: Sequence[RunUp], names: Sequence[str], reference: str, file: str, *, interpolate: bool = False
 ) -> list[RunUp]:
-    """The runs at their common speeds, with a remark on what that leaves out.
+    """The runs at the speeds that others have too, with a remark on what that leaves out.
 
     Raises `SettingError` if differences from the reference mean nothing.
     """
@@ -46,24 +48,22 @@ def at_common_speeds(
         runs = _interpolated_runs(runs, names, file)
     ends = np.cumsum([0, *(len(run.speed) for run in runs)])
     rows = [slice(start, stop) for start, stop in pairwise(ends.tolist())]
-    common = common_speeds(np.concatenate([run.speed for run in runs]), rows)
-    if not len(common):
-        raise SettingError(
-            f"{file}: expected speeds that all runs have for differences, equal within {100 * COMMON_SPEED:g} %, got none; measure"
-            " the runs at the same speeds, interpolate them (measurement.incomplete=interpolate), or leave measurement.reference out"
-        )
-    kept = [common[(common >= own.start) & (common < own.stop)] - own.start for own in rows]
-    return [_part(run, each, _lacking(run, each, runs, names)) for run, each in zip(runs, kept)]
-
-
-def _lacking(run: RunUp, kept: Indices, runs: Sequence[RunUp], names: Sequence[str]) -> str:
-    """Which runs lack speeds that this one has, with their number: 'trial lacks 2'."""
-    left_out = np.delete(run.speed, kept)
-    lacking = {
-        name: int(sum(np.all(np.abs(other.speed - speed) > COMMON_SPEED * speed) for speed in left_out))
-        for name, other in zip(names, runs)
-    }
-    return ", ".join(f"{shortened(name)} lacks {n}" for name, n in lacking.items() if n)
+    speed = np.concatenate([run.speed for run in runs])
+    compared = compared_speeds(speed, rows)
+    kept = [compared[(compared >= own.start) & (compared < own.stop)] for own in rows]
+    for name, own in zip(names, kept):
+        if not len(own):
+            raise SettingError(
+                f"{file}: expected speeds of run {shortened(name)} that another run has for differences, equal within"
+                f" {100 * COMMON_SPEED:g} %, got none; measure the runs at the same speeds, interpolate them"
+                " (measurement.incomplete=interpolate), or leave measurement.reference out"
+            )
+    groups = [compared[each] for each in equal_speeds(speed[compared], COMMON_SPEED)]
+    lacking = [sum(not np.any(np.isin(own, group)) for group in groups) for own in kept]
+    return [
+        _part(run, own - at.start, f"lacks {n} of the {len(groups)} speeds that other runs have" if n else "")
+        for run, own, at, n in zip(runs, kept, rows, lacking)
+    ]
 
 
 def _interpolated_runs(runs: Sequence[RunUp], names: Sequence[str], file: str) -> list[RunUp]:
@@ -119,11 +119,11 @@ def _given(sigma: Array | None) -> Array:
     return sigma
 
 
-def _part(run: RunUp, kept: Indices, cause: str) -> RunUp:
+def _part(run: RunUp, kept: Indices, lacking: str) -> RunUp:
     left_out = len(run.speed) - len(kept)
-    remark = (
-        (f"{left_out} of {len(run.speed)} speeds left out: {cause or 'not all runs have them'}",) if left_out else ()
-    )
+    remarks = [f"{left_out} of {len(run.speed)} speeds left out: no other run has them"] if left_out else []
+    if lacking:
+        remarks.append(f"{lacking}, and has no part in the differences there")
     return dataclasses.replace(
         run,
         speed=run.speed[kept],
@@ -131,7 +131,7 @@ def _part(run: RunUp, kept: Indices, cause: str) -> RunUp:
         sigma=None if run.sigma is None else run.sigma[kept],
         time=None if run.time is None else run.time[kept],
         order=run.order[kept],
-        remarks=(*run.remarks, *remark),
+        remarks=(*run.remarks, *remarks),
     )
 
 

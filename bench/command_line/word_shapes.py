@@ -63,6 +63,11 @@ def joined_options(words: Sequence[str]) -> list[str]:
         if option not in HYDRA_OPTIONS:
             raise _unknown_option(words, word)
         takes = HYDRA_OPTIONS[option]
+        if value and not takes:
+            raise SettingError(
+                f"{shortened(word)}: expected {option} without a value, got one",
+                meant=[option if each == word else each for each in words],
+            )
         follows = takes and not value and remaining and not remaining[0].startswith("-")
         if follows and (takes == "yes" or remaining[0] in VALUES[option]):
             value = remaining.pop(0)

@@ -160,9 +160,18 @@ def all_runs(cells: tuple[Cell, ...], repetitions: int, versions: Mapping[str, s
     runs = []
     for repetition in range(repetitions):
         for index, cell in enumerate(cells):
-            question = _hash([settings[index], component_seeds(cell.seed, repetition)])
+            question = _question(settings[index], cell.seed, repetition)
             runs.append(Run(key_of(question, answering[index]), question, index, repetition))
     return tuple(runs)
+
+
+def question_of(settings: Mapping[str, Any], seed: int, repetition: int) -> str:
+    """The hash of a cell's settings and of the seeds of one of its runs."""
+    return _question(_hash(settings), seed, repetition)
+
+
+def _question(settings: str, seed: int, repetition: int) -> str:
+    return _hash([settings, component_seeds(seed, repetition)])
 
 
 def answered_by(code: str, versions: Mapping[str, str]) -> str:
@@ -183,9 +192,11 @@ def _hash(content: Any) -> str:
 
 
 def write_plan(plan: Plan, output: Path) -> None:
-    """Write `plan.jsonl` in one move: a head, a line per cell, a line per run."""
+    """Write `plan.jsonl` in one move: a head with the number of runs, a line per cell, a line per run."""
     output.mkdir(parents=True, exist_ok=True)
-    replace_file(output / PLAN_FILE, "".join(json.dumps(line) + "\n" for line in plan_lines(plan)).encode())
+    head, *lines = plan_lines(plan)
+    head["n_run"] = len(plan.runs)
+    replace_file(output / PLAN_FILE, "".join(json.dumps(line) + "\n" for line in (head, *lines)).encode())
 
 
 def plan_lines(plan: Plan) -> Iterator[dict[str, Any]]:
@@ -217,9 +228,10 @@ def read_plan(output: Path) -> Plan:
 
 
 def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
-    """The plan that `plan_lines` has written, with as many of its runs as there are lines of.
+    """The plan that `plan_lines` has written.
 
-    `ValueError` where a field is missing, has another type, or does not fit the others.
+    It has as many of its runs as there are lines of, unless the head has their number. `ValueError` if a field is missing,
+    has another type, or does not fit the others.
     """
     lines_by_type: dict[str, list[dict[str, Any]]] = {"plan": [], "cell": [], "run": []}
     for line in lines:
@@ -227,6 +239,8 @@ def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
     (head,), cells, runs = lines_by_type["plan"], lines_by_type["cell"], lines_by_type["run"]
     if head.pop("schema") != SCHEMA:
         raise ValueError("the schema is another")
+    if (n_run := head.pop("n_run", len(runs))) != len(runs):
+        raise ValueError(f"{n_run} runs are planned, and {len(runs)} lines are of runs")
     cells = [{**cell, "parameters": [_facts(facts) for facts in cell["parameters"]]} for cell in cells]
     plan = msgspec.convert({**head, "cells": cells, "runs": runs}, Plan)
     _check_names(plan)
@@ -235,7 +249,19 @@ def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
     for run in plan.runs:
         if not (0 <= run.cell < len(plan.cells) and run.repetition >= 0 and KEY.fullmatch(run.key)):
             raise ValueError(f"a run is of no cell, or has no key that can name a file: {run.key}")
+    _check_questions(plan)
     return plan
+
+
+def _check_questions(plan: Plan) -> None:
+    """Raise `ValueError` if a run does not ask what its cell asks.
+
+    Lines are then missing, doubled or in another order, or settings have been edited.
+    """
+    settings = [_hash(cell.settings) for cell in plan.cells]
+    for run in plan.runs:
+        if run.question != _question(settings[run.cell], plan.cells[run.cell].seed, run.repetition):
+            raise ValueError(f"run {run.key} is not of its cell")
 
 
 def _check_names(plan: Plan) -> None:

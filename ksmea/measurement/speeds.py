@@ -35,16 +35,19 @@ def equal_speeds(speed: Array, tolerance: float = SAME_SPEED) -> list[Indices]:
     return [np.array(sorted(group)) for group in groups]
 
 
-def common_speeds(speed: Array, rows: Sequence[slice]) -> Indices:
-    """Rising indices of the speeds (n_speed,) that all runs have, within `COMMON_SPEED`.
+TWO = 2  # runs, from which on a speed shows a difference
+
+
+def compared_speeds(speed: Array, rows: Sequence[slice]) -> Indices:
+    """Rising indices of the speeds (n_speed,) that two runs or more have, within `COMMON_SPEED`.
 
     Each run is at its rows.
 
-    >>> common_speeds(np.array([1.0, 2.0, 2.0, 3.0]), [slice(0, 2), slice(2, 4)])
+    >>> compared_speeds(np.array([1.0, 2.0, 2.0, 3.0]), [slice(0, 2), slice(2, 4)])
     array([1, 2])
     """
     run = np.repeat(np.arange(len(rows)), [each.stop - each.start for each in rows])
-    groups = [group for group in equal_speeds(speed, COMMON_SPEED) if len(np.unique(run[group])) == len(rows)]
+    groups = [group for group in equal_speeds(speed, COMMON_SPEED) if len(np.unique(run[group])) >= TWO]
     return np.sort(np.concatenate(groups)) if groups else np.empty(0, dtype=int)
 
 

@@ -2,6 +2,7 @@
 
 Searches use them like any other.
 
+At speeds that this run lacks they are differences from the first run that has them.
 Their noise is not independent, which a search need not know. `ksmea.likelihood.difference_likelihood` is exact.
 """
 
@@ -32,6 +33,8 @@ def as_searched(case: Case) -> Case:
     rows, references = [], []
     for group in equal_speeds(measurement.speed, COMMON_SPEED):
         is_reference = (group >= of_reference.start) & (group < of_reference.stop)
+        if not np.any(is_reference):
+            is_reference[0] = True
         rows += group[~is_reference].tolist()
         references += [int(group[is_reference][0])] * int(np.sum(~is_reference))
     taken, away = np.array(rows), np.array(references)

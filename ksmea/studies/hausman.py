@@ -24,7 +24,7 @@ from ksmea.likelihood.difference_likelihood import DifferenceLikelihood
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.campaign import Campaign
 from ksmea.measurement.measurement import Measurement
-from ksmea.measurement.speeds import common_speeds
+from ksmea.measurement.speeds import compared_speeds
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
@@ -48,11 +48,12 @@ def both_ways(case: Case, x: Array) -> BothWaysRecord | None:
         return None
     if measurement.noise is not None and measurement.noise.is_absent:
         return None
-    common = common_speeds(measurement.speed, measurement.rows)
-    if not len(common):
+    compared = compared_speeds(measurement.speed, measurement.rows)
+    in_differences = campaign.part(compared)
+    if not all(run.n_speed for run in in_differences.runs):
         return None
-    by_reference = dataclasses.replace(campaign.part(common), reference=campaign.runs[0].name)
-    part = dataclasses.replace(measurement.part(common), campaign=by_reference)
+    by_reference = dataclasses.replace(in_differences, reference=campaign.runs[0].name)
+    part = dataclasses.replace(measurement.part(compared), campaign=by_reference)
     start, d = np.clip(problem.parameters.to_cube(x), 0.0, 1.0), len(x)
     try:
         differing = DifferenceLikelihood(Model(aligned(problem, part)), part)
@@ -73,8 +74,8 @@ def both_ways(case: Case, x: Array) -> BothWaysRecord | None:
     along = directions[:, testable].T @ joint.information[block] @ (by_differences.theta[:d] - joint.theta[:d])[free]
     p = float(scipy.stats.chi2.sf(np.sum(along**2 / variance), np.sum(testable)))
     moved = directions[:, testable] @ along / np.sqrt(directions[:, testable] ** 2 @ variance)  # in standard errors
-    compared = np.sum(directions[:, testable] ** 2, axis=1) > MOSTLY * np.sum(directions**2, axis=1)
-    named = [at for at in np.argsort(-np.abs(moved)) if compared[at] and abs(moved[at]) > MOVED and p < DISAGREE]
+    is_compared = np.sum(directions[:, testable] ** 2, axis=1) > MOSTLY * np.sum(directions**2, axis=1)
+    named = [at for at in np.argsort(-np.abs(moved)) if is_compared[at] and abs(moved[at]) > MOVED and p < DISAGREE]
     values = problem.parameters.in_units(problem.parameters.to_si(by_differences.theta[:d]))[free]
     items = [problem.parameters.items[index] for index in free]
     movements = (MovedRecord(items[at].name, items[at].unit, float(values[at]), float(moved[at])) for at in named)

@@ -32,6 +32,7 @@ ENDINGS = {
 }
 CHANNELS = {"tdms": read_tdms, "mat": read_mat}
 MOST_OF_A_TURN = 0.25  # from one sample to the next
+LONGEST_STEP = 0.025  # s from one sample to the next: a quarter of a turn at 600 rpm
 BY_HEADINGS, BY_NAME = "its headings suggest", "its name suggests"
 
 
@@ -57,7 +58,11 @@ def suggested_format(path: str, content: bytes) -> Suggested | None:
     if _is_waveform(text):
         return Suggested("waveform", BY_HEADINGS)
     likely = ENDINGS.get(Path(path).suffix.lower())
-    if _is_sampled(text, path) or (likely in CHANNELS and _has_keyphasor(path, content, CHANNELS[likely])):
+    if (
+        _is_sampled(text, path)
+        or _is_timed(text, path)
+        or (likely in CHANNELS and _has_keyphasor(path, content, CHANNELS[likely]))
+    ):
         return Suggested("waveform", BY_HEADINGS)
     return None if likely is None else Suggested(likely, BY_NAME)
 
@@ -108,6 +113,25 @@ def _is_sampled(text: str, path: str) -> bool:
         except (ValueError, KeyError):  # SettingError too
             continue
         if len(turns) > 2 and abs(turns[-1][0] - turns[0][0]) * turns[0][1] < MOST_OF_A_TURN * (len(turns) - 1):
+            return True
+    return False
+
+
+def _is_timed(text: str, path: str) -> bool:
+    """Whether rows are samples by their times alone: next to signals there is neither a speed nor a phase."""
+    for separator in SEPARATORS:
+        rows = (cells for _, cells in islice(rows_of_cells(text, separator, path), MOST_LINES) if len(cells) > 1)
+        heading, at, times = "", 0, []
+        try:
+            for cells in rows:
+                if heading:
+                    times.append(float(cells[at].replace(",", ".")) * seconds_per(_time_unit(heading), path))
+                elif (columns := guessed_unmarked(cells)) and not any(each.startswith("speed=") for each in columns):
+                    heading = columns[0].removeprefix("time=")
+                    at = cells.index(heading)
+        except (ValueError, IndexError):  # SettingError too
+            continue
+        if len(times) > 2 and 0 < (times[-1] - times[0]) / (len(times) - 1) < LONGEST_STEP:
             return True
     return False
 

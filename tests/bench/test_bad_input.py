@@ -38,6 +38,7 @@ UNKNOWN = [
     (["hydra/launcher=basc"], "unknown hydra/launcher 'basc'; did you mean 'basic'?"),
     (["--multrun"], "unknown option '--multrun'; did you mean '--multirun'?"),
     (["-x"], "unknown option '-x'"),
+    ([TABLE3, "-m=30"], "-m=30: expected -m without a value, got one; try: "),
     ([TABLE3, "samples=40", "--nosuch=1"], "unknown option '--nosuch=1'"),
 ]
 WRONG_TYPE = [

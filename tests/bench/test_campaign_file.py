@@ -254,20 +254,20 @@ def test_a_speed_may_be_measured_several_times(folder):
         ksmea.read_measurement(folder / "campaign.yaml")
 
 
-def test_differences_are_of_common_speeds(folder):
+def test_differences_are_of_speeds_that_two_runs_have(folder):
     header, *rows = (folder / "bare.csv").read_text().splitlines()
     (folder / "trial.csv").write_text("\n".join([header, *rows[6:20]]))
     source = CampaignFile(str(folder / "campaign.yaml"), reference="trial")
     found = source.read()
     assert found.is_by_differences and [run.n_speed for run in found.campaign.runs] == [7, 7]
-    assert any("run bare: 13 of 20 speeds left out: trial lacks 13" in remark for remark in source.remarks)
+    assert any("run bare: 13 of 20 speeds left out: no other run has them" in remark for remark in source.remarks)
 
 
 @pytest.mark.parametrize(
     "reference, words",
     [
         ("bear", "unknown run of measurement.reference: 'bear'; did you mean 'bare'?"),
-        ("bare", "expected speeds that all runs have for differences, equal within 0.1 %, got none"),
+        ("bare", "expected speeds of run bare that another run has for differences, equal within 0.1 %, got none"),
     ],
 )
 def test_differences_that_cannot_be_are_refused_with_code_2(folder, enter, reference, words):

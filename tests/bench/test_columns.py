@@ -12,7 +12,7 @@ from ksmea.errors import CONVERSIONS, SettingError, unknown
 from ksmea.measurement.channel import Channel
 from ksmea.records.identification import ParameterRecord
 from ksmea.show.charts.chart import Chart
-from measurements.common_speeds import at_common_speeds
+from measurements.common_speeds import at_compared_speeds
 from measurements.run_up import RunUp
 
 
@@ -86,11 +86,20 @@ def test_what_is_left_out_is_named_with_its_cause():
         values, order = np.ones((len(speed), 1)) * 1j, np.arange(len(speed))[:, None]
         return RunUp(speed, (Channel(0.1, "x"),), (2,), values, None, None, None, (), order)
 
-    bare, trial = at_common_speeds([run([0, 1, 2, 3]), run([0, 2, 3])], ["bare", "trial"], "bare", "campaign.yaml")
+    bare, trial = at_compared_speeds([run([0, 1, 2, 3]), run([0, 2, 3])], ["bare", "trial"], "bare", "campaign.yaml")
     assert list(bare.speed) == list(trial.speed) == [100.0, 120.0, 130.0]
-    assert bare.remarks == ("1 of 4 speeds left out: trial lacks 1",) and trial.remarks == ()
-    with pytest.raises(SettingError, match="got none"):
-        at_common_speeds([run([0, 1]), run([2, 3])], ["bare", "trial"], "bare", "campaign.yaml")
+    assert bare.remarks == ("1 of 4 speeds left out: no other run has them",) and trial.remarks == ()
+    with pytest.raises(SettingError, match=r"of run bare that another run has for differences.*got none"):
+        at_compared_speeds([run([0, 1]), run([2, 3])], ["bare", "trial"], "bare", "campaign.yaml")
+    names = ["bare", "one", "two"]
+    with pytest.raises(SettingError, match="of run two that another run has"):
+        at_compared_speeds([run([0, 1]), run([0, 1]), run([2, 3])], names, "bare", "campaign.yaml")
+    bare, one, two = at_compared_speeds([run([0, 1]), run([0, 1, 2]), run([1, 2, 3])], names, "bare", "campaign.yaml")
+    assert [list(each.speed) for each in (bare, one, two)] == [[100.0, 110.0], [100.0, 110.0, 120.0], [110.0, 120.0]]
+    assert bare.remarks == (
+        "lacks 1 of the 3 speeds that other runs have, and has no part in the differences there",
+    ) and not (one.remarks)
+    assert two.remarks[0] == "1 of 3 speeds left out: no other run has them" and "lacks 1 of the 3" in two.remarks[1]
 
 
 def test_charts_of_a_page_say_how_many_runs_they_show_in_every_place():

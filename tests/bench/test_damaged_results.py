@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -64,6 +65,36 @@ def test_a_plan_with_a_field_of_another_type_is_refused_in_one_line(command, lin
     change_plan(folder, line_type, lambda line: line.update({field: value}))
     ended = enter(command, *(["0"] if command == "explain" else []), str(folder))
     assert ended.code == 2 and ended.err.count("\n") == 1 and "expected a plan of schema 2" in ended.err
+
+
+CELLS = slice(1, 3)  # lines of the first two cells
+
+
+def reversed_cells(lines):
+    lines[CELLS] = lines[CELLS][::-1]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (reversed_cells, "is not of its cell"),
+        (lambda lines: lines.insert(1, lines[2]), "is not of its cell"),
+        (lambda lines: lines.__setitem__(1, re.sub(r'"seed": \d+', '"seed": 77', lines[1])), "is not of its cell"),
+        (lambda lines: lines.pop(), "8 runs are planned, and 7 lines are of runs"),
+        (lambda lines: lines.append(lines[-1]), "8 runs are planned, and 9 lines are of runs"),
+    ],
+)
+def test_lines_of_a_plan_that_do_not_belong_together_are_refused(change, reason, folder, enter):
+    """A number would stand beside the settings of another cell."""
+    lines = (folder / "plan.jsonl").read_text().splitlines()
+    assert [json.loads(line)["line"] for line in lines[CELLS]] == ["cell", "cell"]
+    before = list(lines)
+    change(lines)
+    assert lines != before
+    (folder / "plan.jsonl").write_text("\n".join(lines) + "\n")
+    for command in ("collect", "status"):
+        ended = enter(command, str(folder))
+        assert ended.code == 2 and ended.err.count("\n") == 1 and reason in ended.err, ended.err
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,7 @@ def test_help_on_such_a_file(enter, plan):
 
 @pytest.mark.parametrize("block", range(5))
 def test_mutated_files(block, plan, tmp_path):
-    """Planned, or refused in one line that names the file, unless it is about the folder of the results; within seconds."""
+    """Planned, or refused in one line that names the file, unless it is about the folder of the results; never for ever."""
     for seed in range(block * N_MUTATED // 5, (block + 1) * N_MUTATED // 5):
         started = time.monotonic()
         ended = plan(mutated(seed))
@@ -120,4 +120,4 @@ def test_mutated_files(block, plan, tmp_path):
         if ended.code == 2:
             assert ended.err.count("\n") == 1 and ended.err[:-1].isprintable(), (seed, ended.err)
             assert "conf/experiment/mine.yaml" in ended.err or "expected a folder of" in ended.err, (seed, ended.err)
-        assert time.monotonic() - started < 10, seed
+        assert time.monotonic() - started < 60, seed

@@ -156,5 +156,11 @@ def test_an_effect_that_misbehaves_harms_no_cell_without_it(shell, tmp_path):
     both = shell(*words, files, f"grid=[{{label: fine}},{lines}]", "output=both", cwd=tmp_path, output="both")
     assert "Traceback" not in both.err, both.err
     expected = {line["key"]: line["parameters"] for line in plain.events()}
-    together = {line["key"]: line.get("parameters") for line in both.events()}
-    assert len(expected) == 2 and all(together[key] == values for key, values in expected.items())
+    lines = {line["key"]: line for line in both.events()}
+    assert len(expected) == 2 and all(lines[key]["parameters"] == values for key, values in expected.items())
+    of_effects = [line for key, line in lines.items() if key not in expected]
+    left_out = [line for line in both.out.splitlines() if line.startswith("note: left out: effect=bad")]
+    assert len(of_effects) == 2 * (len(doing) - len(left_out))
+    assert all("expected cells that can be planned, got " in line for line in left_out)
+    failed = [line["error"] for line in of_effects if line["status"] not in ("done", "budget")]
+    assert failed and all(reason and "\n" not in reason for reason in failed), failed

@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from bench.plan.outside import outside_code
+from bench.plan.plan import question_of
 
 WORDS = ["optimizer=theirs", "method=direct", "repetitions=1"]
 SEARCH = '''
@@ -217,6 +218,9 @@ def test_nothing_that_a_received_folder_names_is_imported(named, shell, cheapest
     lines = [json.loads(line) for line in (ended.output / "plan.jsonl").read_text().splitlines()]
     [cell] = [line for line in lines if line["line"] == "cell"]
     cell["settings"] |= named
+    for line in lines:
+        if line["line"] == "run":  # as whoever makes such a folder would
+            line["question"] = question_of(cell["settings"], cell["seed"], line["repetition"])
     (ended.output / "plan.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
     key = ended.runs()["key"][0]
     for words in (["status", "run"], ["explain", key, "run"], ["merge", "run", "run", "--out", "merged"]):

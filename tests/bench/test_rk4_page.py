@@ -15,7 +15,7 @@ from shown_pages import DOCS, blocks, text_of
 PAGE = DOCS / "rk4.md"
 DATA = Path(os.environ.get("KSMEA_DATA", DOCS.parents[1] / "shared" / "data")) / "rk4" / "runup_bode_first_critical.csv"
 LONG = "KSMEA_LONG"  # environment variable: what takes minutes of a core is run too; tests/diagnosis/test_variable_projection.py is quick
-ROW = re.compile(r"^ *(\w+) {2,}(.+?) {2,}(-?[\d.]+) {2,}")  # effect, location, ΔBIC
+ROW = re.compile(r"^ *(\w+) {2,}(.+?) {2,}(-?[\d.]+) {2,}\S+ {2,}(.+)$")  # effect, location, ΔBIC, p, size
 pytestmark = [
     pytest.mark.skipif(not DATA.is_file(), reason=f"{DATA} is not here: public data that are not committed"),
     pytest.mark.skipif(LONG not in os.environ, reason=f"minutes of a core; {LONG}=1 runs it"),
@@ -44,17 +44,19 @@ def place(tmp_path_factory):
 
 @pytest.mark.parametrize(("words", "lines"), shown())
 def test_the_page_shows_what_its_commands_print(words, lines, place, shell):
-    """Names, places and the verdict to the letter; ΔBIC to 1, far less than between maxima."""
+    """Names, places, sizes, notes and the verdict to the letter; ΔBIC to 1, far less than between maxima."""
     ended = shell(*words, "workers=1", cwd=place, timeout=3000)
     assert ended.code == 0, ended.err
     printed = rows(ended.out.splitlines())
-    for name, (location, evidence) in rows(lines).items():
-        assert printed[name][0] == location and abs(printed[name][1] - evidence) < 1.0, (name, printed[name])
+    assert rows(lines)
+    for name, (location, evidence, size) in rows(lines).items():
+        assert printed[name][::2] == (location, size), (name, printed[name])
+        assert abs(printed[name][1] - evidence) < 1.0, (name, printed[name])
     for line in lines:
-        if line.startswith("Verdict"):
+        if line.startswith(("Verdict", "Note")):
             assert line in ended.out
 
 
 def rows(lines):
     found = (ROW.match(line) for line in lines)
-    return {match[1]: (match[2], float(match[3])) for match in found if match}
+    return {match[1]: (match[2], float(match[3]), match[4]) for match in found if match}

@@ -54,3 +54,18 @@ def test_names_of_signals_have_no_units():
         == guessed_unmarked(["t", "KPH", "A"])
         == ()
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("time_s,A_um,B_um\n0,1,2\n0.001,2,2\n0.002,3,2\n", "waveform"),
+        ("t (ms);A (µm)\n0,0;1,5\n0,2;2,5\n0,4;3,5\n", "waveform"),
+        ("time_s,A_um\n0,1\n1,2\n2,3\n", "csv"),  # too slow for turns of a shaft
+        ("time_s,speed_rpm,A_um\n0,1000,1\n10,1010,2\n20,1020,3\n", "csv"),  # vectors of many turns
+        ("time_s,A_um,A_phase_deg\n0,1,3\n0.001,2,3\n0.002,3,3\n", "csv"),
+        ("time_s,A_um\nx,1\ny,2\nz,3\n", "csv"),
+    ],
+)
+def test_times_in_short_steps_without_a_speed_are_samples(text, expected):
+    assert suggested_format("run.csv", text.encode()).name == expected

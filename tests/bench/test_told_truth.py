@@ -7,6 +7,8 @@ import json
 
 import pytest
 
+from bench.plan.plan import question_of
+
 CHEAP = ["method=direct", "optimizer=random_search", "repetitions=1", "workers=1"]
 
 
@@ -19,6 +21,9 @@ def done(enter, tmp_path):
     for line in lines:
         if line["line"] == "cell":
             line["settings"]["optimizer"]["name"] = "theirs"
+            settings, seed = line["settings"], line["seed"]
+        elif line["line"] == "run":
+            line["question"] = question_of(settings, seed, line["repetition"])
     (ended.output / "plan.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
     return ended
 

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+import ksmea
 from campaigns import TRIAL, TRUTH, layout_of, measured
 from ksmea.errors import SettingError
 from ksmea.fits.fitting import Fit
@@ -86,6 +87,53 @@ def test_the_gradient_is_that_of_the_deviance(noise):
         for change in step * np.eye(len(theta))
     ]
     assert likelihood.at(theta).gradient == pytest.approx(by_differences, rel=1e-4, abs=1e-2)
+
+
+LACKING = {"bare": [0, 4], "one": [2], "two": [0, 1, 2]}  # indices of speeds; two runs, one run or none lack one
+
+
+def _with_gaps():
+    kept = [np.delete(SPEED, gap) for gap in LACKING.values()]
+    return measured(PROBLEM, layout_of(PROBLEM, kept, RUNS), noise=Noise(0.0, 2e-7))
+
+
+def test_a_speed_that_a_run_lacks_is_in_the_differences_of_the_others():
+    """Between two points, datum by datum: of speeds that one run has alone there is nothing."""
+    data = _by_differences(dataclasses.replace(_with_gaps(), noise=NOISE))
+    likelihood = _likelihood(data)
+    one = _theta(likelihood)
+    other = one + np.random.default_rng(0).normal(0, 1e-3, len(one))
+
+    def brute_force(theta):
+        left, total = data.values - likelihood.model.response(theta[None])[0], 0.0
+        variance = NOISE.variance(np.abs(data.values))
+        for speed in SPEED:
+            rows = np.flatnonzero(data.speed == speed)
+            take = np.eye(len(rows))[1:] - np.eye(len(rows))[0]
+            for channel in range(len(data.channels)):
+                covariance = take @ np.diag(variance[rows, channel]) @ take.T
+                of_runs = take @ left[rows, channel]
+                total += 2 * np.real(np.conj(of_runs) @ np.linalg.solve(covariance, of_runs))
+        return total
+
+    found = likelihood.deviance(other) - likelihood.deviance(one)
+    assert found == pytest.approx(brute_force(other) - brute_force(one), rel=1e-9)
+    n_differences = len(data.speed) - len(SPEED)
+    assert likelihood.n_residual == n_differences * len(data.channels) * 2
+
+
+@pytest.mark.parametrize("reference", ["bare", "two"])
+def test_runs_that_lack_speeds_are_identified_by_differences(reference):
+    """With a runout, from whatever run; intervals of 99.9 % each, narrower than of the speeds that all runs have."""
+    data = _with_gaps()
+    data = _by_differences(dataclasses.replace(data, values=data.values + 5e-6, noise=Noise(0.0, 2e-7)), reference)
+    found = ksmea.identify(PROBLEM, data, level=0.999)
+    common = np.flatnonzero(np.isin(data.speed, [speed for speed in SPEED if np.sum(data.speed == speed) == len(RUNS)]))
+    of_common = ksmea.identify(PROBLEM, data.part(common), level=0.999)
+    for name in ("kxx", "kyy"):
+        truth = TRUTH[name] / 1e6
+        assert found[name].low < truth < found[name].high
+        assert found[name].high - found[name].low < of_common[name].high - of_common[name].low
 
 
 def test_the_information_is_that_of_the_differences():
