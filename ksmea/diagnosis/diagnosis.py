@@ -30,7 +30,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksmea.diagnosis.equivalents import alone_in_place_of, pairs_in_place_of
-from ksmea.diagnosis.exchange import exchanged, exchanged_once
+from ksmea.diagnosis.exchange import exchanged, exchanged_once, lifted
 from ksmea.diagnosis.explained import Explained, by_weight, led_by, with_near
 from ksmea.diagnosis.further_measurement import Split, best_split
 from ksmea.diagnosis.kin import with_kin
@@ -250,6 +250,7 @@ def _refined(state: _State, search: Search) -> _State:
     is_scanned = any(trial.deviance_drop > NEARBY for trial in state.trials)
     first = search.with_effort(search.effort.of_first_scans, is_scanned=is_scanned)
     found = refined(state.trials, state.baseline, first)
+    found = lifted(found, state.baseline, first) if found and is_scanned else found
     is_explained = bool(found) and _looks_like_noise(fit_quality(polished(found[0].fit), search.rng), state.level)
     if found and not is_explained:
         found = refined(found, state.baseline, search.with_effort(search.effort, from_force=False))

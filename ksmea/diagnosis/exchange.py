@@ -15,7 +15,17 @@ from contextlib import suppress
 import numpy as np
 
 from ksmea.diagnosis.trials import BETTER, FAR, Trial, best_by_name, ranked, shared, trial_of
-from ksmea.fits.fitting import BaselineFits, Fit, finished, fit_from, maxima_from, start_nearby
+from ksmea.fits.fitting import (
+    BaselineFits,
+    Fit,
+    finished,
+    fit_from,
+    fit_from_points,
+    maxima_from,
+    start_nearby,
+    without_effects,
+)
+from ksmea.fits.linear_start import solved_start
 from ksmea.fits.path_fits import projected_starts
 from ksmea.fits.search import Effort, Search
 from ksmea.fits.stable_fits import stable_fit
@@ -64,6 +74,29 @@ def exchanged_once(
             further = _by_projection(fit, without, search.effort) if is_first and trial in leads and not jumps else []
             fit = min(fit, other, *further, key=lambda each: each.deviance)
         return trial_of(trial.candidate, fit, without, len(trials))
+
+    return ranked(shared(again, trials, search.workers))
+
+
+def lifted(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
+    """Trials fitted from the unknowns of the best one with unbalance and their own vectors solved for, if that is better.
+
+    Bows, runouts and forces that turn with the shaft enter linearly. Between a fit without them and the best one lie others
+    that no search by magnitudes and angles leaves: a scan finds the best fit of one, and a worse one of its rival.
+    """
+    lead, d = min((trial.fit for trial in trials), key=lambda fit: fit.deviance), len(baseline.best.u)
+
+    def again(trial: Trial) -> Trial:
+        fit, case = trial.fit, trial.fit.case
+        if fit.problem.parameters.makes_jumps:
+            return trial
+        start = np.concatenate([lead.u[:d], without_effects(fit.problem, d)])
+        with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
+            if (solved := solved_start(case, start, d, lead.noise)) is not start:
+                other = fit_from_points(case, solved[None], search.effort, np.inf, fit.deviance - BETTER)
+                other = stable_fit(other, start_nearby(fit.problem, baseline.best))
+                fit = min(fit, other, key=lambda each: each.deviance)
+        return trial_of(trial.candidate, fit, baseline.best, len(trials))
 
     return ranked(shared(again, trials, search.workers))
 
