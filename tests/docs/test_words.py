@@ -7,7 +7,7 @@ import pytest
 from shown_pages import DOCS, FENCE, ROOT
 
 MOST = 780
-LONGER = {"ksmea.md": 970, "results.md": 1180, "glossary.md": 1200}  # equations, the paper's tables, a list
+LONGER = {"ksmea.md": 970, "results.md": 1240, "glossary.md": 1200}  # equations, the paper's tables, a list
 IN_ALL = 21_500
 WITH_CODE = 28_000  # of docs, as `wc -w docs/*.md` has them
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
