@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
+from bench.reports.identification.finding import finding
 from bench.reports.response_blocks import response_blocks
 from ksmea.records.curves import as_array
 from ksmea.records.estimate import Shown
@@ -20,7 +21,6 @@ from ksmea.show.charts.inputs_chart import budget_chart, inputs_chart
 from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.responses import of_fit
 from ksmea.show.identification_text import identification_chart, table, text
-from ksmea.show.text import capital, fit_verdict
 
 LEAST_STEPS = 2  # updating steps that make a curve
 
@@ -38,23 +38,11 @@ def identification_page(
     sections = [section for each in identifications for section in _sections(*each, several=len(identifications) > 1)]
     sections[1:1] = [Section("What to do next", tuple(following))] if following else []
     return Page(
-        headline(record)
+        finding(record)
         if len(identifications) == 1
-        else f"{len(identifications)} identifications, the first: {headline(record)}",
+        else f"{len(identifications)} identifications, the first: {finding(record)}",
         tuple(sections),
     )
-
-
-def headline(record: IdentificationRecord) -> str:
-    """Whether the model explains the data, in a line.
-
-    If that was not tested, it is the number of unknowns with an interval.
-    """
-    if record.lack_of_fit is not None:
-        said = fit_verdict(record.lack_of_fit)
-        return capital(said)
-    known = sum(part.low is not None and part.high is not None for part in record.parameters)
-    return f"{known} of {len(record.parameters)} unknowns are known from both sides"
 
 
 def _sections(title: str, record: IdentificationRecord, still: str, several: bool) -> Iterator[Section]:
