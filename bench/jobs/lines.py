@@ -1,12 +1,15 @@
 """Lines of record files as typed data: the session that computes runs, a run's start and its end.
 
 In a file a line is one JSON object: the fields of a run's line together with the fields of its study's record. Of a
-run's line only the former are read; the record is read when it is requested.
+run's line only the former are read; the record is read when it is requested. The last field is the CRC-32 of all before
+it, so that a line with a changed byte is damaged and no other value. Lines of older versions lack it.
 """
 
 from __future__ import annotations
 
 import json
+import re
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +24,8 @@ SCHEMA = 3
 UNREADABLE = "unreadable"  # status of a result whose record is none of the study that was asked for
 RESULTS = ("done", "budget")  # statuses that are results; all others are failures
 IDENTITY = ("schema", "event", "key", "question", "session")  # of a line, not of what stands in it
+CHECKSUM = "crc32"
+CHECKED = re.compile(rb'(.*), "crc32": "([0-9a-f]{8})"\}\s*', re.DOTALL)
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
@@ -84,7 +89,7 @@ class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
     def content(self) -> dict[str, Any]:
         """Status, error and the study's record as JSON data, without what identifies the line."""
         known = {"status": self.status} | ({"error": self.error} if self.error else {})
-        return known | {name: value for name, value in _loaded(self.raw).items() if name not in IDENTITY}
+        return known | {name: value for name, value in _loaded(self.raw).items() if name not in (*IDENTITY, CHECKSUM)}
 
 
 class Started(RunLine, frozen=True, kw_only=True, tag_field="event", tag="started"):
@@ -128,11 +133,14 @@ def line_text(line: Line, content: Mapping[str, Any] | None = None) -> bytes:
         data.pop(name, None)
     if content is not None:
         data = {**{name: data[name] for name in IDENTITY}, **content}
-    return msgspec.json.format(_encoder.encode(data), indent=0) + b"\n"
+    text = msgspec.json.format(_encoder.encode(data), indent=0).removesuffix(b"}")
+    return text + f', "{CHECKSUM}": "{zlib.crc32(text):08x}"}}\n'.encode()
 
 
 def read_line(text: bytes, path: Path) -> Line | None:
     """Parse a line of a record file; None if damaged, `SettingError` if a newer version wrote it."""
+    if (checked := CHECKED.fullmatch(text)) and zlib.crc32(checked[1]) != int(checked[2], 16):
+        return None
     try:
         line = _decoder.decode(text)
     except (msgspec.MsgspecError, RecursionError, ValueError):

@@ -111,7 +111,8 @@ def real(done, tmp_path):
 def rewrite_records(ended, change):
     """Every line of the record file as `change` has it."""
     path = ended.output / "records" / "batch-0000.jsonl"
-    lines = [change(json.loads(line)) for line in path.read_text().splitlines()]
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    lines = [change({name: line[name] for name in line if name != "crc32"}) for line in lines]  # as of an older version
     path.write_text("".join(json.dumps(line) + "\n" for line in lines if line is not None))
 
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from bench.jobs.execute import execute
 from bench.jobs.lines import SCHEMA, Ended, FailedRun, SessionLine, Started, line_text, read_line
+from ksmea.errors import SettingError
 from ksmea.records.identification import IdentificationRecord
 
 FILE = Path("records/batch-0000.jsonl")
@@ -64,3 +66,23 @@ def test_a_failed_run_is_a_record():
     line = read_line(line_text(Ended(schema=SCHEMA, key="k", status="error"), record), FILE)
     assert (line.status, line.error, line.traceback) == (failed.status, failed.error, failed.traceback)
     assert line.elapsed == record["elapsed"] and line.record(FailedRun) == failed
+
+
+@pytest.mark.parametrize("place", range(0, 120, 7))
+def test_a_changed_byte_makes_a_line_damaged_and_no_other_value(place):
+    text = bytearray(
+        line_text(Ended(schema=SCHEMA, key="k", status="done"), {"status": "done", "kxx": 0.0713, "u": 199.5})
+    )
+    place %= len(text) - 1
+    text[place] = ord("7") if text[place] != ord("7") else ord("1")
+    with suppress(SettingError):  # a newer schema
+        again = read_line(bytes(text), FILE)
+        # the name of the checksum is none of what it checks
+        assert again is None or (again.key, again.content()["kxx"], again.content()["u"]) == ("k", 0.0713, 199.5)
+
+
+def test_a_line_of_an_older_version_has_no_checksum():
+    text = line_text(Ended(schema=SCHEMA, key="k", status="done"), {"status": "done", "kxx": 0.0713})
+    data = json.loads(text)
+    del data["crc32"]
+    assert read_line(json.dumps(data).encode(), FILE).content() == {"status": "done", "kxx": 0.0713}
