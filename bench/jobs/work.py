@@ -192,7 +192,7 @@ def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:
 
 
 def _with_responses(plan: Plan, run: Run) -> bool:
-    """Whether a figure compares the response of a run with those of other repetitions."""
+    """Whether a figure compares the response of a run with other repetitions."""
     return "response" in plan.report.figures and run.repetition < MOST_DRAWN
 
 

@@ -79,7 +79,9 @@ def exchanged_once(
 
 
 def lifted(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
-    """Trials fitted from the unknowns of the best one with unbalance and their own vectors solved for, if that is better.
+    """Trials fitted from the unknowns of the best one, with all vectors solved for, if that is better.
+
+    Unbalance and the trial's own effect have vectors.
 
     Bows, runouts and forces that turn with the shaft enter linearly. Between a fit without them and the best one lie others
     that no search by magnitudes and angles leaves: a scan finds the best fit of one, and a worse one of its rival.

@@ -122,7 +122,7 @@ def _whitened(problem: Problem, u: Array, fit: Fit, n_own: int) -> tuple[Array, 
     """Sensitivities to the unknowns (m, d), and to the noise level (m, 2) or (m, 0) where that is known.
 
     The rows are the data and the priors of the first `n_own` unknowns. A prior of an effect's unknown, as a rate of the
-    sweep by times of the rows, is no change of the data and has none, so that all effects have equal rows.
+    sweep by times of the rows, does not change the data and has no row, so that all effects have equal rows.
     """
     response, sensitivity = Model(problem).linearise(u)
     noise_known = not fit.likelihood.noise_is_estimated

@@ -95,7 +95,7 @@ class FitCurves:
 class FineResponses:
     """Amplitudes (m, 0-peak) of models at common speeds (rad/s), more than were measured.
 
-    Each is (n_speed, n_channel), None for a missing curve. Names and `breaks` are those of `ResponseCurves`."""
+    Each is (n_speed, n_channel), None for a missing curve. Names and `breaks` are as in `ResponseCurves`."""
 
     speed: Annotated[Row, SPEED]
     identified: Annotated[Matrix | None, VIBRATION] = None

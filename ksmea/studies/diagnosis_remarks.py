@@ -113,7 +113,7 @@ def _rate_remarks(found: Diagnosis, history: SpeedHistory | None, name: str) -> 
         sd = (interval.high - interval.low) / (2 * scipy.stats.norm.isf((1 - found.interval_level) / 2))
         learnt = np.sqrt(max(prior.sd**2 - sd**2, 0.0))
         agree, spread = abs(rate - prior.value) <= critical_pull(1) * learnt, f" ± {prior.sd / RPM:.2g}"
-    verdict = "they agree" if agree else "they disagree, as where the model lacks something besides the sweep"
+    verdict = "they agree" if agree else "they disagree, as if the model lacks something in addition to the sweep"
     fitted = f"{rate / RPM:.3g} [{interval.low / RPM:.3g}, {interval.high / RPM:.3g}]"
     fit = "the fit" if prior is None else "the fit with these times"
     return (*said, f"{given} {history.rate / RPM:.3g}{spread} rpm/s, {fit} {fitted} rpm/s: {verdict}")

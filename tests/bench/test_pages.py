@@ -88,11 +88,15 @@ def test_two_identifications_from_their_pages_to_the_comparison(enter, monkeypat
     first = page.read_bytes()
     assert enter("collect", "identify").code == 0 and page.read_bytes() == first  # the same records, the same bytes
     facts = facts_of(first[:8192].decode("utf-8", "ignore"))
-    assert facts["failed"] == 0 and facts["runs"] == 1 and "consistent with noise" in facts["headline"]
+    assert (
+        facts["failed"] == 0
+        and facts["runs"] == 1
+        and facts["headline"].startswith("All 5 unknowns are known: kxx, kyy to ")
+    )
     text = unescape(first.decode())
     assert all(each in text for each in ("95 % interval [", "commit ", "+experiment=plan", "measurement.relative=0.05"))
     index = (ended.output.parent / "index.html").read_text()
-    assert 'href="identify/index.html"' in index and "consistent with noise" in index
+    assert 'href="identify/index.html"' in index and "unknowns are known" in index
 
     enter(*IDENTIFY, "seed=1", "output=results/two")
     compared = enter("compare", "identify", "two", output="results/compare_identify_two")

@@ -19,7 +19,7 @@ def rewrite_results(ended, key, **changes):
 
 def results_of(ended):
     """Record of each run, whatever session recorded it, by key."""
-    identity = ("session", "taken_from", "platform")
+    identity = ("session", "taken_from", "platform", "crc32")
     return {
         event["key"]: {name: value for name, value in event.items() if name not in identity} for event in ended.events()
     }

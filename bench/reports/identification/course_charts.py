@@ -25,7 +25,7 @@ LEAST_EXCESS = 1e-3  # of a deviance, below which the data see no difference: dr
 def updates_chart(plan: Plan, histories: Mapping[str, Sequence[UpdateRecord]]) -> Chart:
     """Stiffnesses and misfit against the updating step, a stack per cell, as in Fig. 3.
 
-    Each run is thin, beside the median and quartiles of the runs.
+    Each run is thin; the median and quartiles of the runs are bold.
     """
     of_cells = [
         [histories.get(run.key, ()) for run in plan.runs if run.cell == cell and run.repetition < MAX_LINES]
