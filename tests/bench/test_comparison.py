@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bench.jobs.records import RecordWriter
-from bench.plan.plan import write_plan
+from bench.plan.plan import all_runs, write_plan
 from bench.reports.comparison.comparison import compared, text
 from bench.reports.comparison.page import comparison_page
 from bench.reports.comparison.sides import read_side
@@ -23,7 +23,7 @@ def side(plan, tmp_path):
     """A diagnosis in a folder of its own, as compare reads it."""
     settings = {"study": {"name": "diagnose"}, "problem": {"name": "three_disk"}, "measurement": {"name": "file"}}
     cell = dataclasses.replace(plan.cells[0], settings=settings)
-    one = dataclasses.replace(plan, name="diagnose", cells=(cell,), runs=plan.runs[:1])
+    one = dataclasses.replace(plan, name="diagnose", cells=(cell,), runs=all_runs((cell,), 1, plan.versions))
 
     def of(record, name):
         write_plan(one, tmp_path / name)

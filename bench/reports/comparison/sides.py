@@ -12,7 +12,7 @@ from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
 from bench.plan.plan import Plan, Run, read_plan
 from bench.reports.fleet.rows import diagnosed, identified
-from bench.reports.identification import page as identification
+from bench.reports.identification.finding import finding
 from bench.reports.pages.made_by import flattened
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -91,7 +91,7 @@ Findings = tuple[str, str, Mapping[str, str | float], Mapping[str, Shown]]
 def _identification_findings(line: RunLine) -> Findings:
     record = line.record(IdentificationRecord)
     row = identified(record)
-    return identification.headline(record), row.finding, dict(_facts(record)), row.values
+    return finding(record), row.finding, dict(_facts(record)), row.values
 
 
 def _facts(record: IdentificationRecord) -> Iterator[tuple[str, str | float]]:
