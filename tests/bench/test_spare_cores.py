@@ -19,7 +19,8 @@ def test_each_run_may_use_what_is_left_when_all_have_a_worker(plan, n_run, worke
 
     def run_tasks(function, tasks, n_worker, *others):
         for task in tasks:
-            given.append((n_worker, task.arguments[-1]))
+            *_, each_worker, _ = task.arguments
+            given.append((n_worker, each_worker))
             yield task.task, {"status": "done"}
 
     monkeypatch.setattr("bench.jobs.work.require_planned_code", lambda plan: None)
