@@ -20,7 +20,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.fits.fitting import Fit, without_effects
-from ksmea.inference.maximisation import maximise
+from ksmea.inference.maximisation import distinct, maximise
 from ksmea.likelihood.fisher import projected, whitened_difference, whitened_sensitivity
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.campaign import Campaign, Run, Weight, shared_name
@@ -39,6 +39,7 @@ from ksmea.units import RPM
 # within which effects are called ambiguous in 94 of 100 draws.
 ENOUGH = 20.0
 NEAR = 6.0  # deviance within which other signs explain the data about as well
+MANY = 4  # sizes of an effect, or of two, whose signs are turned one by one
 N_REFITTED = 3  # candidates of a kind that are judged by fits
 HIGHER = 1.5  # times the highest speed, up to which a further run goes
 EXPECTED_GAIN = 0.1  # of the deviance, below which a fit is at its end
@@ -115,15 +116,19 @@ def best_split(explanations: Mapping[str, Fit], d: int, workers: Workers = ALONE
 
 
 def _with_other_signs(fit: Fit, d: int) -> tuple[Fit, ...]:
-    """The fit, and those from other signs of the sizes of its effects that explain the data about as well."""
+    """The fit, and others from other signs of the sizes of its effects that explain the data about as well.
+
+    Of many sizes all signs are turned at once.
+    """
     likelihood, u = fit.likelihood, fit.u
-    zero, found = without_effects(fit.problem, d), [fit]
-    for signs in list(itertools.product((1, -1), repeat=len(zero)))[1:]:
+    zero, found = without_effects(fit.problem, d), [fit.point]
+    each = itertools.product((1, -1), repeat=len(zero)) if len(zero) <= MANY else ([1], [-1])
+    for signs in list(each)[1:]:
         turned = np.concatenate([u[:d], np.clip(zero + signs * (u[d:] - zero), 0, 1), fit.point.theta[len(u) :]])
         point = maximise(likelihood, turned, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
         if point.deviance < fit.deviance + NEAR:
-            found.append(Fit(likelihood, point))
-    return tuple(found)
+            found.append(maximise(likelihood, point, max_iterations=MAX_ITERATIONS))
+    return tuple(fit if point is fit.point else Fit(likelihood, point) for point in distinct(likelihood, found))
 
 
 def _merit(separations: Array) -> tuple[int, float]:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.further_measurement import ENOUGH, Pair, Split, _with_run, best_split
+from ksmea.diagnosis.further_measurement import ENOUGH, Pair, Split, _with_other_signs, _with_run, best_split
 from ksmea.fits.fitting import fit_from_values
 from ksmea.measurement.campaign import Campaign, Run, Weight
 from ksmea.measurement.measurement import Layout, Measurement, observe
@@ -120,6 +120,14 @@ def test_a_scale_that_does_not_show_is_not_promised(rotor):
     """0.4 % is a tenth of that, and a hundredth of the deviance."""
     first = measured(with_effect(rotor, "mass"), layout_of(rotor), np.random.default_rng(4), mass_change=-0.004)
     assert best_split(fitted(rotor, first, scaled(-0.004)), D) is None
+
+
+def test_signs_that_lead_back_to_one_maximum_are_no_further_explanations(rotor):
+    """Complex data determine a runout with its sign: a fit from any other one ends where it began."""
+    layout, sizes = layout_of(rotor), {"runout_x": 4e-6, "runout_y": 3e-6}
+    data = measured(with_effect(rotor, "runout"), layout, np.random.default_rng(2), **sizes)
+    fit = fitted(rotor, data, {"runout": [sizes]})["runout"]
+    assert len(_with_other_signs(fit, len(fit.u) - 2)) == 1
 
 
 def test_other_signs_of_a_size_are_explanations_too(rotor, monkeypatch):
