@@ -116,7 +116,7 @@ def best_split(explanations: Mapping[str, Fit], d: int, workers: Workers = ALONE
 
 
 def _with_other_signs(fit: Fit, d: int) -> tuple[Fit, ...]:
-    """The fit, and others from other signs of the sizes of its effects that explain the data about as well.
+    """The fit, and those from other signs of its sizes that explain the data about as well.
 
     Of many sizes all signs are turned at once.
     """
