@@ -260,7 +260,8 @@ def test_an_experiment_without_traces_is_refused_in_one_line(study, told, plan, 
     cells = tuple(
         dataclasses.replace(each, settings={**each.settings, "study": {"name": study}}) for each in plan.cells
     )
-    write_plan(dataclasses.replace(plan, cells=cells), tmp_path / "results" / "contest")
+    runs = all_runs(cells, 1, plan.versions)
+    write_plan(dataclasses.replace(plan, cells=cells, runs=runs), tmp_path / "results" / "contest")
     done = enter("export", "ioh", "contest")
     assert done.code == 2 and told in done.err and len(done.err.splitlines()) == 1
     assert not (tmp_path / "results" / "contest" / "ioh").exists()
