@@ -32,11 +32,10 @@ def rings(reach: float, *, is_lag: bool = True) -> Iterator[Element]:
     yield Level(at=0.0, dash="solid", width=0.4, colour=CONTEXT)
     yield Level(at=0.0, along="x", dash="solid", width=0.4, colour=CONTEXT)
     end = REACH * reach
-    for angle, (x, y, side, edge) in {
-        0: (end, 0.0, "right", "bottom"), 90: (0.0, -end, "left", "bottom"), 180: (-end, 0.0, "left", "bottom"), 270: (0.0, end, "left", "top"),
-    }.items():  # fmt: skip
-        shown = angle if is_lag else -angle % 360
-        yield Words(x=x, y=y, text=f" {shown}°", side=side, edge=edge)  # type: ignore[arg-type]
+    ends = {0: (end, 0.0), 90: (0.0, -end), 180: (-end, 0.0), 270: (0.0, end)}
+    for angle, (x, y) in ends.items():
+        shown = f" {angle if is_lag else -angle % 360}°"
+        yield Words(x=x, y=y, text=shown, side="left" if angle else "right", edge="top" if angle == 270 else "bottom")
 
 
 def within(values: ComplexArray, reach: float) -> ComplexArray:
