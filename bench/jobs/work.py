@@ -21,6 +21,7 @@ from bench.jobs.pool import Given, Limits, require_files, run_tasks
 from bench.jobs.presence import Presence, TakenForDead, at_work
 from bench.jobs.progress import Progress, experiment_log, progress_bar
 from bench.jobs.records import RecordWriter, finished_keys
+from bench.plan.drawn_cell import drawn_cell
 from bench.plan.naming import place_text
 from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import mentions, outside_plugins, platform_name
@@ -30,7 +31,7 @@ from ksmea.plugins.files import OURS
 
 JOURNALS = "journals"
 GIGABYTE = 2**30
-MOST_DRAWN = 40  # repetitions whose responses figures compare
+MOST_DRAWN = 40  # repetitions of a cell whose responses a figure compares
 LONGEST_REASON = 500  # characters of a log line
 SLOW_TO_IMPORT = ("scipy.stats",)  # imported where it is first used, which would be in each worker
 
@@ -110,6 +111,7 @@ class _Queue:
         self._n_worker, self._n_per_run = n_worker, n_per_run
         self._runs = {run.key: run for run in plan.runs}
         self._plugins = planned_plugins(plan)
+        self._drawn = drawn_cell(plan) if "response" in plan.report.figures else None
         self._of_cells: dict[int, tuple[dict[str, dict[str, str]], str]] = {}
         self._waiting: deque[str] = deque()
         self._began = time.monotonic()
@@ -133,9 +135,26 @@ class _Queue:
             run = self._runs[self._waiting.popleft()]
             shows_itself = len(self._claims.todo) == 1 and not is_quiet()
             plugins, outside = self._of_cell(run.cell)
-            with_fine = _with_responses(self._plan, run)
-            arguments = (*_arguments(self._plan, run, self._job), shows_itself, plugins, self._n_per_run, with_fine)
+            with_fine = self._is_drawn(run)
+            with_curves = run.repetition == 0 or with_fine
+            arguments = (
+                *_arguments(self._plan, run, self._job),
+                with_curves,
+                shows_itself,
+                plugins,
+                self._n_per_run,
+                with_fine,
+            )
             yield Given(run, arguments, outside)
+
+    def _is_drawn(self, run: Run) -> bool:
+        """Whether a figure may show the response of a run.
+
+        It shows all repetitions of one cell, and of another cell the first one.
+        """
+        if self._drawn is None:
+            return False
+        return run.repetition == 0 or (run.cell == self._drawn and run.repetition < MOST_DRAWN)
 
     def _of_cell(self, cell: int) -> tuple[dict[str, dict[str, str]], str]:
         """The plain files that a cell's runs load, and what names all their plugins from outside.
@@ -187,13 +206,7 @@ def own_modules(plan: Plan) -> list[str]:
 
 def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:
     journal = _journal(run, job) if job.journal else None
-    with_curves = run.repetition == 0 or _with_responses(plan, run)
-    return plan.cells[run.cell].settings, plan.seeds(run), journal, with_curves
-
-
-def _with_responses(plan: Plan, run: Run) -> bool:
-    """Whether a figure compares the response of a run with other repetitions."""
-    return "response" in plan.report.figures and run.repetition < MOST_DRAWN
+    return plan.cells[run.cell].settings, plan.seeds(run), journal
 
 
 def _journal(run: Run, job: Job) -> Path:

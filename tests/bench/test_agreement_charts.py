@@ -7,9 +7,10 @@ import pandas as pd
 import pytest
 
 from bench.jobs.records import RecordWriter, read_records
+from bench.plan.drawn_cell import drawn_cell
 from bench.plan.plan import read_plan, write_plan
 from bench.reports.collect_all import collect_all
-from bench.reports.identification.agreement_charts import LEAST, agreement, agreement_chart, drawn_cell, mesh_chart
+from bench.reports.identification.agreement_charts import LEAST, agreement, agreement_chart, mesh_chart
 from bench.reports.identification.summary import read_courses, summary_page
 from bench.reports.runs import runs_frame
 from bench.reports.tables import summary_frame

@@ -21,17 +21,17 @@ from ksmea.records.curves import FineResponses, ResponseCurves, as_array
 from ksmea.records.record import rounded
 from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken
 from ksmea.show.charts.colours import CATEGORIES, CONTEXT, MEASURED, MODEL, PAPER
+from ksmea.show.charts.response_charts import AMPLITUDE, SPEED
 from ksmea.show.text import two_digits
 from ksmea.units import MICROMETRE, RPM
 
 Kind = Literal["identified", "surrogate"]
 
-AMPLITUDE, DIFFERENCE, SPEED = "amplitude (µm 0-peak)", "difference (%)", "speed (rpm)"
+DIFFERENCE = "difference (%)"
 LOW_PART = 5  # per cent of the differences may lie below their axis
 ROOM_FOR_WORDS = 4.0  # of the largest difference
 DIGITS = 4  # of values of lines: less than a line's width
 LEAST = 1e-2  # per cent: smaller differences are drawn as this
-PAPER_SAMPLES = {"table2": 100, "table3": 100, "table8": 200}  # of the cell that the paper draws
 NAMES = {
     "true": "original",
     "measured": "measured",
@@ -96,13 +96,6 @@ def _between(of: FineResponses | ResponseCurves, first: str, second: str, curves
     if not np.any(np.isfinite(ratio)):
         return None
     return Agreement(as_array(of.speed) / RPM, one, other, of.breaks, (NAMES[first], NAMES[second]), curves)
-
-
-def drawn_cell(plan: Plan) -> int:
-    """The cell that the paper draws; of other experiments, the first."""
-    samples = PAPER_SAMPLES.get(plan.report.paper or "")
-    found = (number for number, cell in enumerate(plan.cells) if cell.place.get("samples") == samples)
-    return next(found, 0)
 
 
 def agreement_chart(plan: Plan, cell: int, kind: Kind, found: Sequence[Agreement]) -> Chart:

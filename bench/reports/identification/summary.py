@@ -15,11 +15,12 @@ import pandas as pd
 
 from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.records import read_records
+from bench.plan.drawn_cell import drawn_cell
 from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import hidden_paragraph
-from bench.reports.identification.agreement_charts import Agreement, Kind, agreement, agreement_chart, drawn_cell
+from bench.reports.identification.agreement_charts import Agreement, Kind, agreement, agreement_chart
 from bench.reports.identification.cost import cost_chart, cost_frame
 from bench.reports.identification.course_charts import MAX_LINES, anytime_chart, figure_number, updates_chart
 from bench.reports.identification.factor_charts import cells_chart, factors_chart
