@@ -122,8 +122,8 @@ def _with_other_signs(fit: Fit, d: int) -> tuple[Fit, ...]:
     """
     likelihood, u = fit.likelihood, fit.u
     zero, found = without_effects(fit.problem, d), [fit.point]
-    each = itertools.product((1, -1), repeat=len(zero)) if len(zero) <= MANY else ([1], [-1])
-    for signs in list(each)[1:]:
+    others = list(itertools.product((1, -1), repeat=len(zero)))[1:] if len(zero) <= MANY else [(-1,)]
+    for signs in others:
         turned = np.concatenate([u[:d], np.clip(zero + signs * (u[d:] - zero), 0, 1), fit.point.theta[len(u) :]])
         point = maximise(likelihood, turned, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
         if point.deviance < fit.deviance + NEAR:

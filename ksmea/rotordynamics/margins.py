@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, peak_indices
 from ksmea.measurement.channel import Channel
 
 CLAUSE = "API 617, 7th edition, chapter 1, 2.6.2.10"
@@ -55,7 +55,7 @@ def peaks(speed: Array, amplitude: Array, channels: Sequence[Channel]) -> tuple[
     """
     found = []
     for column, channel in zip(amplitude.T, channels):
-        for index in np.flatnonzero((column[1:-1] > column[:-2]) & (column[1:-1] >= column[2:])) + 1:
+        for index in peak_indices(column):
             top, height = _vertex(speed[index - 1 : index + 2], column[index - 1 : index + 2])
             sides = [
                 _crossing(speed[index::-1], column[index::-1], height),

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, peak_indices
 from ksmea.errors import SettingError
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.likelihood import Likelihood
@@ -195,7 +195,7 @@ def half_power_widths(speed: Array, size: Array) -> Iterator[tuple[float, float]
 
     A peak without both has no width.
     """
-    for peak in np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1:
+    for peak in peak_indices(size):
         least = size[peak] - HALF_POWER
         before, behind = np.flatnonzero(size[:peak] < least), np.flatnonzero(size[peak:] < least)
         if len(before) and len(behind):

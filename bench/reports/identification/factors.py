@@ -20,11 +20,10 @@ from bench.jobs.records import NOT_FAILED, UNFINISHED
 from bench.plan.naming import place_columns, place_text, telling_axes
 from bench.plan.plan import Plan
 from bench.reports.tables import has_truth
-from ksmea.show.text import capital
+from ksmea.show.text import LEAST_WHOLE, capital
 
 SIGMA, PERCENT = "rms error / σ", "rms error, %"
 ALLOWED = 2.0  # σ: errors up to this are as small as the data allow
-LEAST_WHOLE = 99.5  # from which on scores are whole numbers
 TIE = 1.05  # of the best score: medians of few runs differ by more than this
 
 

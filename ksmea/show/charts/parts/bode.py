@@ -8,7 +8,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, peak_indices
 from ksmea.show.charts.chart import Element, Level, Span, Words
 from ksmea.show.charts.colours import CONTEXT
 from ksmea.show.charts.responses import ModelCurve
@@ -80,7 +80,7 @@ def resonances(curve: ModelCurve) -> list[float]:
 def peaks(speed: Array, size: Array) -> list[tuple[float, float]]:
     """Speed and half-power width of each peak of an amplitude (n_speed,) that falls by √2 on both sides."""
     found = []
-    for peak in np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1:
+    for peak in peak_indices(size):
         below = size < HALF_POWER * size[peak]
         before, behind = np.flatnonzero(below[:peak]), np.flatnonzero(below[peak:])
         if len(before) and len(behind):
