@@ -22,12 +22,11 @@ MOST = 5  # entries that a part of a term brings
 
 @dataclass(frozen=True)
 class Entry:
-    """A term with its meaning, its source ('' if it has no source) and all its names, in plain text."""
+    """A term with its meaning and all its names, in plain text."""
 
     section: str
     term: str
     meaning: str
-    source: str
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -38,8 +37,7 @@ class Entry:
         return tuple(dict.fromkeys(name for name in found if name))
 
     def __str__(self) -> str:
-        source = f" [{self.source}]" if self.source else ""
-        return f"{self.term} (glossary, {self.section.lower()}): {self.meaning}{source}"
+        return f"{self.term} (glossary, {self.section.lower()}): {self.meaning}"
 
 
 def entries() -> list[Entry]:
@@ -93,6 +91,6 @@ def _parsed(text: str) -> Iterator[Entry]:
         if line.startswith(SECTION):
             section = line.removeprefix(SECTION).strip()
         elif line.startswith(ROW):
-            term, meaning, *source = (MARKUP.sub("", cell).strip() for cell in CELLS.split(line.strip().strip("|")))
+            term, meaning = (MARKUP.sub("", cell).strip() for cell in CELLS.split(line.strip().strip("|")))
             if term != HEAD and not term.startswith(RULE):
-                yield Entry(section, term, meaning, " ".join(source))
+                yield Entry(section, term, meaning)
