@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
@@ -259,5 +259,5 @@ def _at_speeds(of: Agreement, speed: Array) -> Array:
     if np.array_equal(of.speed, speed):
         return of.reference
     order = np.unique(of.speed, return_index=True)[1]
-    found = PchipInterpolator(of.speed[order], np.log(of.reference[order]), extrapolate=False)(speed)
+    found = scipy.interpolate.PchipInterpolator(of.speed[order], np.log(of.reference[order]), extrapolate=False)(speed)
     return np.asarray(np.exp(found))
