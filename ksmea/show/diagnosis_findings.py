@@ -13,18 +13,14 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-import pandas as pd
-
 from ksmea.measurement.notation import SPEEDS, Notation
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
-from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord, Shown
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import EffectRecord
 from ksmea.records.statement import StatementRecord
 from ksmea.show import statements
-from ksmea.show.diagnosis_tables import averaged_values
 from ksmea.show.location_words import in_short, over_the_shaft
-from ksmea.show.statements import PLAIN, UNSAID, half_width, rounded, with_unit
+from ksmea.show.statements import PLAIN, UNSAID, half_width, with_unit
 from ksmea.show.text import capital, number, two_digits
 from ksmea.units import MICROMETRE
 
@@ -38,7 +34,6 @@ EVERYWHERE = (UNSAID, "all bearings")  # locations that the name of a cause impl
 WHOLE = 3.0  # of a half-width: a speed has no decimals
 ALIKE = 2.0  # factor within which relative half-widths are said together
 TIMES, UP_TO = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
-LARGE_MOVE = 2.0  # from where on a move is said as a ratio
 MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
 
 
@@ -183,36 +178,6 @@ def file_line(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     names = ", ".join(notation.name(each) for each in curves.channels)
     parts = [record.source, f"{len(curves.speed)} speeds, {ends}", f"probes {names}", f"{notation.unit}{phase}"]
     return " · ".join(filter(None, parts))
-
-
-def values(record: DiagnosisRecord) -> pd.DataFrame:
-    """Unknowns by the accepted model: value, interval, relative half-width, and shift by the cause.
-
-    For a located cause they are fitted with it. A rejected model has values alone: intervals of a wrong model mislead.
-    """
-    averaged = averaged_values(record)
-    rows = [
-        {"": each.name, "value": value, "95 %": interval, "±": relative, "unit": each.unit}
-        for each in beside(record)
-        for value, interval, relative in [_in_columns(each.shown)]
-    ]
-    for row in record.coefficients if not rows else ():
-        if row.before is None:
-            continue
-        accepted = averaged.get(row.name) if averaged else row.after if record.is_explained else row.before
-        accepted = accepted or row.before
-        own = {"": row.name, "value": "", "95 %": "", "±": ""}
-        if record.is_unexplained or (record.is_explained and row.after is None):
-            rows.append(own | {"value": number(accepted.value), "unit": accepted.unit, "95 %": "wrong model"})
-            continue
-        value, interval, relative = _in_columns(accepted.shown)
-        own |= {"value": value, "95 %": interval, "±": relative, "unit": accepted.unit}
-        if record.is_explained:
-            own["moved by the cause"] = _moved(row.before, accepted)
-        rows.append(own)
-    frame = pd.DataFrame(rows)
-    is_wrong = record.is_unexplained and not beside(record)
-    return frame.drop(columns="±") if is_wrong and not frame.empty else frame
 
 
 def beside(record: DiagnosisRecord) -> list[EstimateRecord]:
@@ -374,26 +339,6 @@ def _noise(level: NoiseLevelRecord, notation: Notation) -> str:
         else []
     )
     return " + ".join(parts)
-
-
-def _in_columns(shown: Shown) -> tuple[str, str, str]:
-    """Value, interval and relative half-width: ('50.05', '± 0.05', '0.1 %'), or ('0.9', 'above 0.66', '')."""
-    half = half_width(shown)
-    if half is None:
-        return number(shown.value, 3), "not determined", ""
-    if np.isfinite([shown.low, shown.high]).all():
-        share = f"{number(100 * half / abs(shown.value), 2)} %" if shown.value else ""
-        return rounded(shown.value, half), f"± {rounded(half, half)}", share
-    word, end = ("above", shown.low) if np.isfinite(shown.low) else ("below", shown.high)
-    return rounded(shown.value, half), f"{word} {rounded(end, half)}", ""
-
-
-def _moved(before: EstimateRecord, accepted: EstimateRecord) -> str:
-    if not before.value:
-        return ""
-    ratio = accepted.value / before.value
-    moved = number(100 * (ratio - 1), 2, "+").replace("-", "−")
-    return f"{TIMES} {number(ratio, 2)}" if ratio > LARGE_MOVE else f"{moved} %"
 
 
 def _has_phase(curves: CurvesRecord) -> bool:

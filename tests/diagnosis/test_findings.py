@@ -8,12 +8,15 @@ import pytest
 from bench.plan.page import Command, Drawn, Grid, Numbers, Prose, Steps, Table
 from bench.reports.diagnosis.page import MOST_STEPS, diagnosis_page, pictures_of
 from ksmea.measurement.notation import Notation
+from ksmea.records.diagnosis import CoefficientRecord
+from ksmea.records.estimate import EstimateRecord
 from ksmea.records.statement import SizeRecord, StatementRecord
 from ksmea.show import diagnosis_findings as findings
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.cause_charts import cause_chart, orbit_chart, others_chart, response_chart
 from ksmea.show.charts.chart import Line, Points
 from ksmea.show.charts.responses import of_diagnosis
+from ksmea.show.diagnosis_values import value_table
 from tests.diagnosis.test_show import RECORD, ambiguous, changed
 
 SIZE = SizeRecord(12.8, 12.71, 12.89, "µm", 71.0, 0.4)
@@ -74,10 +77,18 @@ def test_a_p_at_the_resolution_of_the_simulation_is_said_as_such():
 
 
 def test_a_rejected_model_has_no_intervals():
-    table = findings.values(changed(verdict="unknown"))
+    table = value_table(changed(verdict="unknown"))
     assert set(table["95 %"]) == {"wrong model"} and "±" not in table
-    table = findings.values(RECORD).set_index("")
+    table = value_table(RECORD).set_index("")
     assert table.loc["kxx", "95 %"].startswith("± ") and table.loc["cxx", "95 %"].startswith("above")
+
+
+def test_the_change_of_an_angle_is_in_degrees_the_short_way_round():
+    """From 170° to −175° are 15° ahead, not −203 %; and an angle has no relative half-width."""
+    before = EstimateRecord("phase1", "deg", 170.0, 168.0, 172.0, "information", False)
+    after = dataclasses.replace(before, value=-175.0, low=-176.0, high=-174.0)
+    table = value_table(changed(coefficients=(CoefficientRecord("phase1", before, after),))).set_index("")
+    assert table.loc["phase1", "moved by the cause"] == "+15°" and table.loc["phase1", "±"] == ""
 
 
 def test_look_alikes_out_of_reach_are_said_to_be_ruled_out():

@@ -21,6 +21,7 @@ from ksmea.show.charts.ranking_chart import ranking_chart
 from ksmea.show.charts.responses import of_diagnosis
 from ksmea.show.diagnosis_tables import trials_table, unknowns_table
 from ksmea.show.diagnosis_text import diagnosis_chart, evidence, notes, why_without
+from ksmea.show.diagnosis_values import value_table
 
 RESIDUALS, EFFECTS, LOCATION = "residuals.png", "effects.png", "location.png"
 FINDING, CAUSE = "finding.png", "cause.png"
@@ -40,7 +41,7 @@ def diagnosis_page(record: DiagnosisRecord, following: Sequence[Block]) -> Page:
         sections.append(Section("Do next", (Steps(steps),)))
     if others := tuple(_others(record)):
         sections.append(Section("What else it could be", others))
-    if not (table := findings.values(record)).empty:
+    if not (table := value_table(record)).empty:
         sections.append(Section("Bearings and unbalance", (Table(table, _of_values(record)),)))
     sections.append(Section("Evidence", tuple(_evidence(record))))
     return Page(findings.title(record, notation), tuple(sections), findings.file_line(record, notation))
