@@ -171,8 +171,7 @@ def diagnosis_chart(record: DiagnosisRecord) -> Chart:
             "residuals of a diagnosis: expected a record with its curves, got one without (diagnosis.json leaves them out);"
             " draw the record of the run, or give axes to draw the ranking of effects"
         )
-    names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
-    return bode_chart(response, f"Verdict: {record.verdict}" + (f"; after: with {names}" if names else ""))
+    return bode_chart(response, findings.title(record))
 
 
 def _data(record: DiagnosisRecord) -> str:
