@@ -1,5 +1,6 @@
 """The experiments in conf/: the cells that they plan, the noise that methods share, and the paper's values beside ours."""
 
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -49,6 +50,7 @@ NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={EXAMPLES / 'run_up.csv'}"],
     "contest": ["problem.instance=0"],  # others are alike
     "diagnosis_power": ["measurement.hidden=[mass]"],  # so are other effects: 1000 cells take ten seconds
+    "diagnosis_effects": ["measurement.hidden=[mass]"],
     "diagnosis_nulls_drawn": ["problem.family=overhung", "problem.instance=0"],
     "diagnosis_effects_drawn": ["problem.family=overhung", "problem.instance=0", "measurement.hidden=[mass]"],
     "balance": ["measurement=campaign", f"measurement.path={EXAMPLES / 'balancing.yaml'}"],
@@ -127,6 +129,13 @@ def test_table2_is_without_noise_and_shows_raw_amplitudes_too(plan_of):
     assert [cell.place["label"] for cell in plan.cells] == ["KSMEA"] * 4 + ["raw amplitudes"] * 4
     assert plan.report.exact == 0.1
     assert {_chosen(cell.settings, "method.max_updates") for cell in plan.cells} == {15}
+
+
+def test_every_effect_is_hidden_in_every_kind_of_drawn_machine(plan_of):
+    """Half of the 224 runs: 21 effects on each kind, and two more where they have a place."""
+    cells = chosen(plan_of("diagnosis_effects_drawn", "label=3 %"), "problem.family", "measurement.hidden")
+    count = Counter(str(hidden) for _, hidden in cells)
+    assert sorted(count.values()) == [3, 4, *[5] * 21] and len({family for family, _ in cells}) == 5
 
 
 @pytest.mark.parametrize("name, mesh", [("table3", 13), ("table4", 21)])
