@@ -102,14 +102,18 @@ class Drawn:
 class Orbits:
     """Orbits of the shaft at a speed to be chosen.
 
-    `speed` is in rpm; of each plane and kind ('measured', 'model') the
-    phasors of x and y over speed as (re x, im x, re y, im y) in µm. `first` is the number of the speed that is seen first."""
+    `speed` is in `speed_unit`, shown with so many `decimals`; of each plane and kind ('measured', 'model') the
+    phasors of x and y over speed as (re x, im x, re y, im y) in `unit`. `first` is the number of the speed that is seen
+    first."""
 
     title: str
     alternative: str
     speed: tuple[float, ...]
     planes: Mapping[str, Mapping[str, tuple[tuple[float, float, float, float], ...]]]
     first: int = 0
+    unit: str = "µm"
+    speed_unit: str = "rpm"
+    decimals: int = 0
 
 
 @dataclass(frozen=True)

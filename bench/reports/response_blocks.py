@@ -12,9 +12,11 @@ import numpy as np
 
 from bench.plan.page import Block, Drawn, Orbits
 from ksmea.arrays import ComplexArray
+from ksmea.measurement.notation import DETECTIONS
 from ksmea.show.charts.chart import Chart
 from ksmea.show.charts.response_charts import nyquist_chart
 from ksmea.show.charts.responses import Response
+from ksmea.show.readings import DECIMALS, speed_digits
 
 
 def response_blocks(response: Response, over_speed: Chart, file: str) -> Iterator[Block]:
@@ -27,18 +29,29 @@ def response_blocks(response: Response, over_speed: Chart, file: str) -> Iterato
 
 
 def orbits(response: Response) -> Orbits:
-    """The orbits of all planes with probes in two directions, measured and by the last model."""
+    """The orbits of all planes with probes in two directions, measured and by the last model.
+
+    Displacements have no detection: a vibration of 2 mil pp moves the shaft from −1 to 1 mil.
+    """
+    notation = response.notation
     curves = {"measured": response.measured, "model": list(response.at_speeds.values())[-1]}
     worst = int(np.argmax(np.max(np.abs(curves["measured"] - curves["model"]), axis=1)))
+    speed = f"{speed_digits(float(response.speed[worst]), notation)} {notation.speed}"
     return Orbits(
-        f"Orbits; the model's largest misfit is at {response.speed[worst]:.0f} rpm",
+        f"Orbits; the model's largest misfit is at {speed}",
         "The path of the shaft in each plane at a speed, measured (dotted) and modelled; dots: position at phase 0.",
         tuple(response.speed.tolist()),
         {
-            place: {curve: _phasors(values[:, columns] @ to_xy.T) for curve, values in curves.items()}
+            response.plane_name(place): {
+                curve: _phasors(values[:, columns] @ to_xy.T / DETECTIONS[notation.detection])
+                for curve, values in curves.items()
+            }
             for place, (columns, to_xy) in response.planes().items()
         },
         worst,
+        notation.amplitude,
+        notation.speed,
+        DECIMALS[notation.speed],
     )
 
 

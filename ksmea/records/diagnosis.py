@@ -8,8 +8,8 @@ earlier versions are translated when they are read.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Annotated, Any
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 
@@ -209,6 +209,15 @@ class DiagnosisRecord(Record):
             elpd = ElpdDifference(np.array(gain["by_block"], dtype=float))
             gain = PredictiveGainRecord.of(elpd, gain["rmse_before"], gain["rmse_after"]).to_data()
         return {**data, "predictive_gain": gain}
+
+    def shown_in(self, words: str) -> Self:
+        """Diagnosis and its location to be shown in other units.
+
+        Args:
+            words: units such as 'mil_pp,lag' (`ksmea.measurement.notation.Notation.with_words`).
+        """
+        location = None if self.location is None else self.location.shown_in(words)
+        return replace(self, notation=self.notation.with_words(words), location=location)
 
     def shown_data(self) -> dict[str, Any]:
         data = self.to_data()

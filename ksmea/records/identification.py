@@ -15,6 +15,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.measurement.notation import Notation
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
@@ -208,6 +209,7 @@ class IdentificationRecord(Record):
     stability: StabilityRecord | None = None  # None without details, and where the problem cannot tell
     trace: TraceRecord | None = None  # None in older records
     inputs: tuple[InputRecord, ...] = ()  # numbers that are known to a tolerance; values and intervals allow for these
+    notation: Notation = field(default_factory=Notation)  # of the measurement's own file
 
     def check(self) -> None:
         """Raise `SettingError` if values, updates, correlations or curves do not belong to the parameters."""
@@ -224,6 +226,22 @@ class IdentificationRecord(Record):
         for curves in (self.fit, self.curves):
             if curves is not None:
                 curves.check()
+
+    def to_data(self) -> dict[str, Any]:
+        """JSON data; without the notation if it is the default one, as older records have them."""
+        data = super().to_data()
+        if self.notation == Notation():
+            del data["notation"]
+        return data
+
+    def shown_in(self, words: str) -> Self:
+        """Identification and its location to be shown in other units.
+
+        Args:
+            words: units such as 'mil_pp,lag' (`ksmea.measurement.notation.Notation.with_words`).
+        """
+        location = None if self.location is None else self.location.shown_in(words)
+        return dataclasses.replace(self, notation=self.notation.with_words(words), location=location)
 
     @property
     def x(self) -> Array:

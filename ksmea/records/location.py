@@ -7,11 +7,12 @@ there are real and imaginary parts under Re(f e^{iΩt}), with the ends of their 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 
+from ksmea.measurement.notation import Notation
 from ksmea.problem.load import FORCE, MOMENT
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import ExtensionRecord, PredictiveGainRecord
@@ -188,6 +189,22 @@ class LocationRecord(Record):
     n_channel: int | None = None  # of the measurement; older records do not have it
     breaks: tuple[int, ...] = ()  # where the speeds of a further run begin
     remarks: tuple[str, ...] = ()  # on the model at these speeds
+    notation: Notation = field(default_factory=Notation)  # of the measurement's own file
+
+    def to_data(self) -> dict[str, Any]:
+        """JSON data; without the notation if it is the default one, as older records have them."""
+        data = super().to_data()
+        if self.notation == Notation():
+            del data["notation"]
+        return data
+
+    def shown_in(self, words: str) -> Self:
+        """Location to be shown in other units (`ksmea.measurement.notation.Notation.with_words`).
+
+        Args:
+            words: units such as 'mil_pp,lag'.
+        """
+        return replace(self, notation=self.notation.with_words(words))
 
     def shown_data(self) -> dict[str, Any]:
         """Kind, accepted sites, law and work first; then all that was tried."""

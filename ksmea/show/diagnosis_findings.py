@@ -13,14 +13,15 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from ksmea.measurement.notation import SPEEDS, Notation
+from ksmea.measurement.notation import Notation
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import EffectRecord
 from ksmea.records.statement import StatementRecord
 from ksmea.show import statements
 from ksmea.show.location_words import in_short, over_the_shaft
-from ksmea.show.statements import PLAIN, UNSAID, half_width, with_unit
+from ksmea.show.readings import DECIMALS, PLAIN, speed_unit
+from ksmea.show.statements import UNSAID, half_width, with_unit
 from ksmea.show.text import capital, number, two_digits
 from ksmea.units import MICROMETRE
 
@@ -31,7 +32,7 @@ LEAST_FLOOR = 0.01 * MICROMETRE  # of noise that is said
 RESOLUTION = 4001  # simulated residuals of the lack-of-fit test, with the measured ones: its smallest p is one of them
 DEGREES = "deg"  # of an angle no part is known
 EVERYWHERE = (UNSAID, "all bearings")  # locations that the name of a cause implies
-WHOLE = 3.0  # of a half-width: a speed has no decimals
+WHOLE = 3.0  # of a half-width: a number has no decimals
 ALIKE = 2.0  # factor within which relative half-widths are said together
 TIMES, UP_TO = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
 MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
@@ -172,8 +173,7 @@ def file_line(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     curves = record.curves
     if curves is None:
         return record.source
-    unit = SPEEDS[notation.speed]
-    ends = " to ".join(with_unit(end / unit, notation.speed, WHOLE) for end in (min(curves.speed), max(curves.speed)))
+    ends = " to ".join(_speed(end, notation, notation.speed) for end in (min(curves.speed), max(curves.speed)))
     phase = f", phase {notation.phase}" if _has_phase(curves) else ""
     names = ", ".join(notation.name(each) for each in curves.channels)
     parts = [record.source, f"{len(curves.speed)} speeds, {ends}", f"probes {names}", f"{notation.unit}{phase}"]
@@ -189,8 +189,12 @@ def beside(record: DiagnosisRecord) -> list[EstimateRecord]:
 
 def where(quality: FitQualityRecord, notation: Notation = PLAIN) -> str:
     """Where most of a misfit sits: 'at 3820–5730 rpm in x at 0.1 m'."""
-    low, high = (with_unit(end / SPEEDS[notation.speed], "", WHOLE) for end in quality.band)
+    low, high = (_speed(end, notation) for end in quality.band)
     return f"at {low}{UP_TO}{high} {notation.speed} in {notation.name(quality.channel)}"
+
+
+def _speed(speed: float, notation: Notation, unit: str = "") -> str:
+    return with_unit(speed / speed_unit(notation), unit, WHOLE * 10.0 ** -DECIMALS[notation.speed])
 
 
 def chance(quality: FitQualityRecord) -> str:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.errors import SettingError
-from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
+from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, TrialRecord
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.location import NOTHING
 from ksmea.show import diagnosis_findings as findings
@@ -76,7 +76,7 @@ def evidence(record: DiagnosisRecord) -> str:
     """All that the finding rests on."""
     blocks = [
         _data(record),
-        _sentence(repeat_lines(record.repeats)),
+        _sentence(repeat_lines(record.repeats, record.notation)),
         _sentence(hausman_lines(record.both_ways)),
         _what_is_wrong(record),
         _unknowns(record),
@@ -87,7 +87,7 @@ def evidence(record: DiagnosisRecord) -> str:
         values_of_rejected(record),
         _location(record),
         _detectable(record),
-        "\n".join(stability_text(record.stability)),
+        "\n".join(stability_text(record.stability, record.notation)),
         _left_out(record),
     ]
     return "\n\n".join(block for block in blocks if block)
@@ -165,13 +165,13 @@ def plot(record: DiagnosisRecord, axes: Axes | None = None) -> Figure:
 
 def diagnosis_chart(record: DiagnosisRecord) -> Chart:
     """Stack per channel: amplitudes, and residuals before and after in units of one law of noise."""
-    response = of_diagnosis(record)
+    response = of_diagnosis(record, record.notation)
     if response is None:
         raise SettingError(
             "residuals of a diagnosis: expected a record with its curves, got one without (diagnosis.json leaves them out);"
             " draw the record of the run, or give axes to draw the ranking of effects"
         )
-    return bode_chart(response, findings.title(record))
+    return bode_chart(response, findings.title(record, record.notation))
 
 
 def _data(record: DiagnosisRecord) -> str:
@@ -179,9 +179,8 @@ def _data(record: DiagnosisRecord) -> str:
     curves = record.curves
     if curves is None:
         return ""
-    described = data_words(
-        len(curves.speed), min(curves.speed), max(curves.speed), curves.channels, with_phase=_has_phase(curves)
-    )
+    speeds = len(curves.speed), min(curves.speed), max(curves.speed)
+    described = data_words(*speeds, curves.channels, record.notation, with_phase=_has_phase(curves))
     return f"Data: {f'{record.source}, ' if record.source else ''}{described}."
 
 
@@ -195,7 +194,8 @@ def _what_is_wrong(record: DiagnosisRecord) -> str:
     if before.p >= record.lack_of_fit.level:
         yet = ", but an effect explains the data better" if record.applied else ""
         return f"The residuals of the model as given are consistent with noise ({said}){yet}.\n{_noise(record)}"
-    lines = [f"The model does not fit: its residuals are not noise ({said}). They are largest {_where(before)}."]
+    where = findings.where(before, record.notation)
+    lines = [f"The model does not fit: its residuals are not noise ({said}). They are largest {where}."]
     for position, (forward, backward) in before.whirl.items():
         if max(forward, backward) > 2 * min(forward, backward):
             direction, other = ("forward", "backward") if forward > backward else ("backward", "forward")
@@ -204,15 +204,11 @@ def _what_is_wrong(record: DiagnosisRecord) -> str:
     return "\n".join([*lines, _noise(record)])
 
 
-def _where(quality: FitQualityRecord) -> str:
-    return findings.where(quality)
-
-
 def _noise(record: DiagnosisRecord) -> str:
     if record.noise.by_datum:
         return "Noise: as stated datum by datum."
     said = "known" if record.noise.known else f"estimated{_by_which_model(record)}"
-    return f"Noise ({said}): {noise_level(believed_noise(record))}."
+    return f"Noise ({said}): {noise_level(believed_noise(record), record.notation)}."
 
 
 def _by_which_model(record: DiagnosisRecord) -> str:
@@ -275,7 +271,7 @@ def _not_in_library(record: DiagnosisRecord, names: str) -> list[str]:
     if after is None:
         significant = "is significant" if record.effects else "was tried"
         return [f"The model is wrong, and no known effect {significant}."]
-    left = f"its residuals ({findings.chance(after)}) are largest {_where(after)}"
+    left = f"its residuals ({findings.chance(after)}) are largest {findings.where(after, record.notation)}"
     return [
         "The model is wrong, and neither one of the known effects nor the best pairs of them leave only noise.",
         f"The nearest is {names}; {left}.",
@@ -352,7 +348,9 @@ def _predictive_gain(record: DiagnosisRecord) -> str:
     if gain is None or not record.is_explained:
         return ""
     meaning = [] if gain.is_supported else [_not_confirmed(record)]
-    return "\n".join([*gain_lines(gain), *meaning, "", *_weights(record), in_columns(unknowns_table(record))])
+    return "\n".join(
+        [*gain_lines(gain, record.notation), *meaning, "", *_weights(record), in_columns(unknowns_table(record))]
+    )
 
 
 def _not_confirmed(record: DiagnosisRecord) -> str:

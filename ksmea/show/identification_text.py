@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.errors import SettingError
+from ksmea.measurement.notation import Notation
 from ksmea.records.curves import as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, ParameterRecord
 from ksmea.records.location import LocationRecord
@@ -19,6 +20,7 @@ from ksmea.show.charts.chart import Chart
 from ksmea.show.charts.picture import drawn
 from ksmea.show.charts.response_charts import bode_chart
 from ksmea.show.charts.responses import of_fit
+from ksmea.show.readings import deviation_unit, vibration_unit
 from ksmea.show.text import (
     ALIKE,
     alike_text,
@@ -35,7 +37,7 @@ from ksmea.show.text import (
     two_digits,
     value_and_ends,
 )
-from ksmea.units import DEGREE, MICROMETRE
+from ksmea.units import DEGREE
 
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
 COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limit", "search_end")
@@ -157,12 +159,13 @@ def identification_chart(record: IdentificationRecord, title: str = "") -> Chart
     """Data, fit and residuals over speed."""
     assert record.fit is not None, "a record without details"
     verdict = "" if record.lack_of_fit is None else capital(fit_verdict(record.lack_of_fit).removeprefix("fit: "))
-    return bode_chart(of_fit(record.fit), ": ".join(filter(None, [title, verdict])) or "Response over speed")
+    response = of_fit(record.fit, notation=record.notation)
+    return bode_chart(response, ": ".join(filter(None, [title, verdict])) or "Response over speed")
 
 
 def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
     head = [title] if title else []
-    head += [] if record.data is None else [_data_text(record.data)]
+    head += [] if record.data is None else [_data_text(record.data, record.notation)]
     if head:
         yield ": ".join(head)
     if record.data is not None:
@@ -171,25 +174,26 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
     for parameter in record.parameters:
         yield f"  {_value_text(record, parameter)}"
     if record.weights is not None:
-        yield from weights_text.lines(record.weights)
+        yield from weights_text.lines(record.weights, record.notation)
     if record.ended_short:
         yield _search_text(record)
     yield from inputs_text.lines(record.inputs, record.parameters)
     if record.interval_error is not None:
         yield f"no intervals: {record.interval_error}"
     yield from _noise_text(record)
-    yield from repeat_lines(record.repeats)
+    yield from repeat_lines(record.repeats, record.notation)
     yield from hausman_lines(record.both_ways)
     yield f"strongly correlated parameters (|r| > {ALIKE}): {_alike_text(record)}"
-    yield from stability_text(record.stability)
+    yield from stability_text(record.stability, record.notation)
     if record.lack_of_fit is not None:
         yield fit_verdict(record.lack_of_fit)
     elif record.data is not None and record.data.too_few_to_test:
         yield "too few data to test the fit: with less than two per unknown it follows whatever was measured"
 
 
-def _data_text(data: DataDescription) -> str:
-    return data_words(data.n_speed, data.speed_from, data.speed_to, data.channels, with_phase=data.kind == "complex")
+def _data_text(data: DataDescription, notation: Notation) -> str:
+    with_phase = data.kind == "complex"
+    return data_words(data.n_speed, data.speed_from, data.speed_to, data.channels, notation, with_phase=with_phase)
 
 
 def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str:
@@ -230,16 +234,19 @@ def _noise_text(record: IdentificationRecord) -> Iterator[str]:
     """The noise in words: estimated, or as stated."""
     if record.intervals is None:
         return
-    noise = record.intervals.noise
+    noise, notation = record.intervals.noise, record.notation
     if noise.by_run:
-        said = "; ".join(f"{name} {noise_parts(*_telling_parts(record, *level))}" for name, *level in noise.by_run)
+        said = "; ".join(
+            f"{name} {noise_parts(*_telling_parts(record, *level), notation)}" for name, *level in noise.by_run
+        )
         yield f"noise {'estimated' if noise.estimated else 'as stated'} run by run: {said}"
     elif noise.estimated:
-        yield f"noise, estimated: {noise_parts(*_telling_parts(record, noise.relative, noise.floor))}"
+        yield f"noise, estimated: {noise_parts(*_telling_parts(record, noise.relative, noise.floor), notation)}"
     elif noise.relative == 0:
-        yield f"noise as stated datum by datum: {two_digits(noise.floor / MICROMETRE)} µm (rms)"
+        floor = two_digits(noise.floor / vibration_unit(notation))
+        yield f"noise as stated datum by datum: {floor} {deviation_unit(notation)} (root mean square)"
     else:
-        yield f"noise as stated: {noise_parts(noise.relative, noise.floor)}"
+        yield f"noise as stated: {noise_parts(noise.relative, noise.floor, notation)}"
 
 
 def _telling_parts(record: IdentificationRecord, relative: float, floor: float) -> tuple[float, float]:

@@ -25,8 +25,8 @@ from ksmea.records.location import (
 from ksmea.show.charts.location_chart import location_chart
 from ksmea.show.charts.picture import drawn
 from ksmea.show.location_words import landmarks, law_words, over_the_shaft, place, spread
+from ksmea.show.readings import speed_digits, speed_unit, vibration_unit
 from ksmea.show.text import aligned, capital, gain_lines, in_columns, noise_level, number, of_chances, value_and_ends
-from ksmea.units import MICROMETRE, RPM
 
 __all__ = ["frame", "plot", "text"]
 
@@ -57,7 +57,7 @@ def findings(record: LocationRecord) -> list[str]:
 
 def findings_without_values(record: LocationRecord) -> list[str]:
     """`findings` without the unknowns."""
-    gain = "" if record.predictive_gain is None else "\n".join(gain_lines(record.predictive_gain))
+    gain = "" if record.predictive_gain is None else "\n".join(gain_lines(record.predictive_gain, record.notation))
     return [block for block in (where(record), _what_it_does(record), _laws(record), gain) if block]
 
 
@@ -95,7 +95,7 @@ def frame(record: LocationRecord) -> pd.DataFrame:
 
 def _plain(record: LocationRecord) -> str:
     said = "known" if record.noise_known else "estimated"
-    noise = noise_level(record.noise)
+    noise = noise_level(record.noise, record.notation)
     is_enough = record.kind == NOTHING
     lines = [
         f"The residuals are consistent with noise (p = {record.plain.p:.2g}): nothing needs to be located."
@@ -162,14 +162,15 @@ def _what_it_does(record: LocationRecord) -> str:
     if force is None:
         return ""
     parts = {part.part: part.amplitude for part in force.parts}
-    unit = "µm" if force.parts[0].unit == "m" else force.parts[0].unit
-    scale = MICROMETRE if unit == "µm" else 1.0
+    unit, scale, detection = force.parts[0].unit, 1.0, "0-peak"
+    if unit == "m":
+        notation = record.notation
+        unit, scale, detection = notation.amplitude, vibration_unit(notation), notation.detection
     sizes = ", ".join(
         f"{name} {_range(amplitude, scale)} {unit}" for name, amplitude in parts.items() if name not in WHIRL
     )
-    lines = [
-        f"At {place(record, *force.positions)} the {force.kind} is {sizes} (0-peak, at the middle half of the speeds){_whirl(parts)}."
-    ]
+    said = f"{detection}, at the middle half of the speeds"
+    lines = [f"At {place(record, *force.positions)} the {force.kind} is {sizes} ({said}){_whirl(parts)}."]
     lines += _hidden_unknowns(record)
     lines += _work(record, force)
     lines += [_following(stiffness) for stiffness in _followed(force)]
@@ -209,7 +210,8 @@ def _work(record: LocationRecord, force: ForceRecord) -> list[str]:
 
 def _at_most(record: LocationRecord, work: SeriesRecord, which: NDArray[np.bool_]) -> str:
     largest = int(np.argmax(np.where(which, np.abs(work.value), -1.0)))
-    return f"at most {abs(work.value[largest]):.2g} J per turn at {record.speed[largest] / RPM:.0f} rpm"
+    speed = speed_digits(record.speed[largest] / speed_unit(record.notation), record.notation)
+    return f"at most {abs(work.value[largest]):.2g} J per turn at {speed} {record.notation.speed}"
 
 
 def _followed(force: ForceRecord) -> list[StiffnessRecord]:

@@ -11,10 +11,10 @@ from string import Formatter
 from ksmea.measurement.notation import Notation
 from ksmea.records.estimate import Shown
 from ksmea.records.statement import SizeRecord, StatementRecord
+from ksmea.show.readings import PLAIN
 from ksmea.show.text import capital, fixed, number
 from ksmea.units import SI_PER_UNIT
 
-PLAIN = Notation()
 READING, PROBES, LENGTH = "reading", "probes", "size"
 FULL_TURN = "360"  # rounded; as an angle it is 0
 WHOLE_DEGREES = 3.0  # of a half-width: an angle in a sentence has no decimals

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ksmea.measurement.notation import LEAD, Notation
 from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.estimate import NoiseLevelRecord, StabilityRecord
 from ksmea.records.extension import PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.identification import LackOfFit
-from ksmea.units import MICROMETRE, RPM
+from ksmea.show.readings import PLAIN, deviation_unit, speed_digits, speed_unit, vibration_unit
 
 SMALLEST = 1e-15  # p that is told: rounding
 LEAST_OF_A_DOUBLE = 1e-300
@@ -154,35 +155,46 @@ def _is_plain(value: float, error: float) -> bool:
     return max(abs(value), error) < LARGEST and _places(error) <= PLAIN_DECIMALS
 
 
-def data_words(n_speed: int, speed_from: float, speed_to: float, channels: Sequence[str], *, with_phase: bool) -> str:
-    """Measured speeds (rad/s), channels and kind in words."""
+def data_words(
+    n_speed: int,
+    speed_from: float,
+    speed_to: float,
+    channels: Sequence[str],
+    notation: Notation = PLAIN,
+    *,
+    with_phase: bool,
+) -> str:
+    """Measured speeds (rad/s), channels and kind in words; leads and µm go without saying."""
+    low, high = (speed_digits(end / speed_unit(notation), notation) for end in (speed_from, speed_to))
+    amplitudes = notation.detection if notation.unit == PLAIN.unit else notation.unit
+    phases = " and phases" + ("" if notation.phase == LEAD else f" ({notation.phase})")
     return (
-        f"{n_speed} speeds from {speed_from / RPM:.0f} to {speed_to / RPM:.0f} rpm,"
-        f" {len(channels)} channel{'s' if len(channels) > 1 else ''} ({', '.join(channels)}),"
-        f" amplitudes (0-peak){' and phases' if with_phase else ''}"
+        f"{n_speed} speeds from {low} to {high} {notation.speed},"
+        f" {len(channels)} channel{'s' if len(channels) > 1 else ''} ({', '.join(map(notation.name, channels))}),"
+        f" amplitudes ({amplitudes}){phases if with_phase else ''}"
     )
 
 
-def noise_parts(relative: float, floor: float) -> str:
+def noise_parts(relative: float, floor: float, notation: Notation = PLAIN) -> str:
     """For example '4.6 % + 0.017 µm', a part that is 0 left out."""
     parts = [f"{two_digits(100 * relative)} %"] if relative else []
-    parts += [f"{two_digits(floor / MICROMETRE)} µm"] if floor else []
+    parts += [f"{two_digits(floor / vibration_unit(notation))} {deviation_unit(notation)}"] if floor else []
     return " + ".join(parts) or "none"
 
 
-def noise_level(level: NoiseLevelRecord) -> str:
+def noise_level(level: NoiseLevelRecord, notation: Notation = PLAIN) -> str:
     """Noise level in words: '5 % of each value and 0.1 µm', or the level of each run that has its own.
 
     A part that is 0 is left out.
     """
     if not level.by_run:
-        return _level(level.relative, level.floor)
-    return "; ".join(f"run {name} {_level(relative, floor)}" for name, relative, floor in level.by_run)
+        return _level(level.relative, level.floor, notation)
+    return "; ".join(f"run {name} {_level(relative, floor, notation)}" for name, relative, floor in level.by_run)
 
 
-def _level(relative: float, floor: float) -> str:
+def _level(relative: float, floor: float, notation: Notation) -> str:
     parts = [f"{100 * relative:.3g} % of each value"] if relative else []
-    parts += [f"{floor / MICROMETRE:.3g} µm"] if floor else []
+    parts += [f"{floor / vibration_unit(notation):.3g} {deviation_unit(notation)}"] if floor else []
     return " and ".join(parts) or "none"
 
 
@@ -296,14 +308,15 @@ def _fit_evidence(test: LackOfFit) -> str:
     return f"({test.statistic}, p = {test.p:.2g})"
 
 
-def gain_lines(gain: PredictiveGainRecord) -> list[str]:
+def gain_lines(gain: PredictiveGainRecord, notation: Notation = PLAIN) -> list[str]:
     """Whether left-out data support the extension, and by how much."""
     supported = "supported" if gain.is_supported else "not supported"
     tests = f"sign test p = {gain.p_sign:.2g}, signed-rank p = {gain.p_wilcoxon:.2g}"
     blocks = f"it predicts {gain.n_better} of {len(gain.by_block)} blocks of speeds better ({tests})"
     in_all = with_error(gain.elpd_difference, gain.standard_error, "+")
     elpd = f"{number(gain.median, 3, '+')} in the median block and {in_all} in all"
-    rmse = f"{gain.rmse_before / MICROMETRE:.3g} to {gain.rmse_after / MICROMETRE:.3g} µm"
+    unit = vibration_unit(notation)
+    rmse = f"{gain.rmse_before / unit:.3g} to {gain.rmse_after / unit:.3g} {deviation_unit(notation)}"
     return [
         f"The extension is {supported} by left-out data: {blocks}.",
         f"Its elpd difference is {elpd}; the rms error goes from {rmse}.",
@@ -313,12 +326,13 @@ def gain_lines(gain: PredictiveGainRecord) -> list[str]:
 DIFFER = 0.01  # p below which runs that are alike are said to differ
 
 
-def repeat_lines(record: RepeatsRecord | None) -> Iterator[str]:
+def repeat_lines(record: RepeatsRecord | None, notation: Notation = PLAIN) -> Iterator[str]:
     """For example 'repeats differ by 0.4 % + 0.1 µm (86 degrees of freedom)', and whether runs do by more."""
     if record is None:
         return
     who = "runs with the same weights" if record.are_runs else "repeats"
-    said = f"{who} differ by {noise_parts(record.relative, record.floor)} ({record.degrees} degrees of freedom)"
+    level = noise_parts(record.relative, record.floor, notation)
+    said = f"{who} differ by {level} ({record.degrees} degrees of freedom)"
     between = record.between
     if between is None:
         yield said
@@ -331,23 +345,24 @@ def repeat_lines(record: RepeatsRecord | None) -> Iterator[str]:
         yield f"{said}; runs with the same weights differ {times} times as much ({chance(between.p)}){where}"
 
 
-def stability_text(record: StabilityRecord | None) -> Iterator[str]:
+def stability_text(record: StabilityRecord | None, notation: Notation = PLAIN) -> Iterator[str]:
     """Stability threshold with its interval; empty if the problem has no growth rate."""
     if record is None:
         return
-    level, above = f"{100 * record.level:g} %", f"{record.searched / RPM:.0f} rpm, the highest speed checked"
+    level, above = f"{100 * record.level:g} %", f"{_speed(record.searched, notation)}, the highest speed checked"
     if record.threshold is None:
-        perhaps = "" if record.low is None else f", but perhaps from {_speed(record.low)} on ({level})"
+        perhaps = "" if record.low is None else f", but perhaps from {_speed(record.low, notation)} on ({level})"
         yield f"stability: no instability up to {above}{perhaps}"
         return
-    ends = f"{_speed(record.low)} to {'above ' + above if record.high is None else _speed(record.high)}"
-    yield f"stability: unstable from {_speed(record.threshold)} on, {level} interval {ends}"
+    high = f"above {above}" if record.high is None else _speed(record.high, notation)
+    ends = f"{_speed(record.low, notation)} to {high}"
+    yield f"stability: unstable from {_speed(record.threshold, notation)} on, {level} interval {ends}"
     if record.is_violated:
         yield "warning: no steady-state response exists above that speed; a machine that runs there differs from this model"
 
 
-def _speed(speed: float | None) -> str:
-    return f"{speed / RPM:.0f} rpm" if speed else "rest"
+def _speed(speed: float | None, notation: Notation) -> str:
+    return f"{speed_digits(speed / speed_unit(notation), notation)} {notation.speed}" if speed else "rest"
 
 
 def capital(text: str) -> str:

@@ -10,8 +10,10 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from ksmea.measurement.notation import Notation
 from ksmea.records.curves import as_array
 from ksmea.records.weights import VectorRecord, WeightsRecord
+from ksmea.show.readings import PLAIN, deviation_unit, vibration_unit
 from ksmea.show.text import fixed, number, rounded_alike
 from ksmea.units import DEGREE, MICROMETRE, RPM, TURN
 
@@ -19,17 +21,18 @@ USUAL = "g mm"
 NO_WIDTH = 1e-6  # of the unit, or degrees: an interval of less is that of exact data, and is left out
 
 
-def lines(record: WeightsRecord) -> Iterator[str]:
+def lines(record: WeightsRecord, notation: Notation = PLAIN) -> Iterator[str]:
     """Lines for each weight found, for the correction weights, and for the expected vibration with them."""
     for weight in record.weights:
         yield f"weight in run {weight.run} {_vector(weight)}"
     if record.corrections:
         yield f"weights that cancel the identified unbalance: {'; '.join(map(_vector, record.corrections))}"
+        unit, name = vibration_unit(notation), deviation_unit(notation)
         parts = ", ".join(
-            f"{channel} {number(before / MICROMETRE, 3)} to {number(after / MICROMETRE, 2)}"
+            f"{notation.name(channel)} {number(before / unit, 3)} to {number(after / unit, 2)}"
             for channel, before, after in zip(record.channels, record.before, record.after)
         )
-        yield f"with them the largest 1X at the measured speeds is expected to fall (µm): {parts}"
+        yield f"with them the largest 1X at the measured speeds is expected to fall ({name}): {parts}"
 
 
 def _vector(vector: VectorRecord) -> str:

@@ -221,6 +221,7 @@ def _method_record(case: Case, found: Identification, took: Meter, trace: TraceR
         remarks=(*case.problem.remarks_at(case.problem.speed), *found.remarks),
         notes={name: finite(value) for name, value in found.notes.items()},
         trace=trace,
+        notation=case.measurement.notation,
     )
 
 
@@ -244,7 +245,7 @@ def _with_intervals(
     own: Sequence[int] = range(likelihood.d)
     try:
         maxima, rises = [nearest_maximum(likelihood, case.problem.parameters.to_cube(record.x))], None
-        are_few = check and _has_few_data(likelihood)
+        are_few = check and likelihood.n_residual < FEW_DATA * len(likelihood.lower)
         if options.details or are_few:
             maxima = likely_maxima(likelihood, maxima[0], rng)
         if options.inputs == "joint" and (joint := counted.joint) is not counted:
@@ -313,11 +314,6 @@ def _simulated(
         with suppress(np.linalg.LinAlgError):  # no finite response somewhere on the way
             return simulated_rise(likelihood, level, maxima, rng.spawn(1)[0])
     return None
-
-
-def _has_few_data(likelihood: Likelihood) -> bool:
-    """Whether the data are so few for the unknowns and noise levels that other maxima can be as likely."""
-    return likelihood.n_residual < FEW_DATA * len(likelihood.lower)
 
 
 def _excess(fit: Fit, x: Array) -> float:

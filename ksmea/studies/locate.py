@@ -172,6 +172,7 @@ def location_record(
         n_channel=len(measurement.channels),
         breaks=measurement.breaks,
         remarks=problem.remarks_at(measurement.speed),
+        notation=measurement.notation,
         extension=extension,
         predictive_gain=gain,
     )

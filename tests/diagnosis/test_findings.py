@@ -16,6 +16,7 @@ from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.cause_charts import cause_chart, orbit_chart, others_chart, response_chart
 from ksmea.show.charts.chart import Line, Points
 from ksmea.show.charts.responses import of_diagnosis
+from ksmea.show.diagnosis_text import evidence
 from ksmea.show.diagnosis_values import value_table
 from tests.diagnosis.test_show import RECORD, ambiguous, changed
 
@@ -116,7 +117,7 @@ def test_the_page_has_the_finding_four_numbers_two_pictures_and_three_steps_at_m
 CHARTS = {
     "response": lambda: response_chart(NAMED, OWN),
     "polar": lambda: cause_chart(NAMED, OWN),
-    "orbit": lambda: orbit_chart(NAMED, of_diagnosis(NAMED), OWN),
+    "orbit": lambda: orbit_chart(NAMED, of_diagnosis(NAMED, OWN)),
     "others": lambda: others_chart(NAMED),
 }
 
@@ -160,3 +161,23 @@ def test_the_chart_of_the_response_is_in_the_unit_of_the_data():
     assert np.allclose(measured.y, np.abs(response.measured[:, column]) * 2 / 25.4)
     assert chart.panels[0].y.label == "3X, mil pp"
     assert isinstance(diagnosis_page(NAMED, ()).sections[1].blocks[0].plots[0], Drawn)
+
+
+def test_the_evidence_is_in_the_unit_of_the_data_too():
+    """All channels by their names, the data and the noise in words, and the orbit: from −1 to 1 mil are 2 mil pp."""
+    record = dataclasses.replace(NAMED, notation=OWN)
+    [folded] = [each for each in diagnosis_page(record, ()).sections[-1].blocks if each.title.startswith("Response")]
+    bode = folded.blocks[0].described()
+    response = of_diagnosis(NAMED)
+    named = [OWN.name(channel) for channel in response.channels]
+    assert [stack[0].title for stack in bode.stacks] == named and "3X" in named
+    assert bode.title == findings.title(NAMED, OWN)
+    amplitude = bode.stacks[0][1]
+    measured = next(each for each in amplitude.elements if isinstance(each, Points))
+    assert amplitude.y.label == "amplitude (mil pp)"
+    assert measured.y == pytest.approx(np.abs(response.measured[:, 0]) * 2 / 25.4)
+    said = evidence(record)
+    assert "amplitudes (mil pp) and phases (lag)" in said and " µm." not in said and "x at 0.1 m" not in said
+    orbit = orbit_chart(NAMED, of_diagnosis(NAMED, OWN)).panels[0]
+    whole = orbit_chart(NAMED, of_diagnosis(NAMED)).panels[0]
+    assert orbit.x.label == "x, mil" and np.asarray(orbit.elements[0].x) == pytest.approx(whole.elements[0].x / 25.4)

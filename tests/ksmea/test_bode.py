@@ -5,6 +5,7 @@ import pytest
 
 from bench.reports.response_blocks import orbits
 from ksmea import identify, load_problem, synthetic_measurement
+from ksmea.measurement.notation import Notation
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Level, Line, Points, Words
 from ksmea.show.charts.parts.bode import close_pairs, lag_along, nearest_lag, outside, peaks, phase_ticks, resonances
@@ -16,11 +17,16 @@ CRITICAL = (3620, 3798, 10018, 11279)  # rpm, of the three-disk rotor
 
 
 @pytest.fixture(scope="module")
-def response():
+def fit():
     rotor = load_problem("three_disk")
     measured = synthetic_measurement(rotor, relative=0.05, kind="complex", rng=1).measurement
     found = identify(rotor, measured, method="direct", optimizer="lm", rng=1)
-    return of_fit(found.record.fit)
+    return found.record.fit
+
+
+@pytest.fixture(scope="module")
+def response(fit):
+    return of_fit(fit)
 
 
 def one_degree(damping=0.01, n=2001):
@@ -126,3 +132,32 @@ def test_the_orbit_of_the_largest_misfit_is_seen_first(response):
     seen = orbits(response)
     misfit = np.abs(response.measured - response.at_speeds["fitted"]).max(axis=1)
     assert seen.first == np.argmax(misfit) and f"{response.speed[seen.first]:.0f} rpm" in seen.title
+
+
+def test_a_response_in_another_notation_is_the_same_motion(fit, response):
+    """25.4 µm 0-peak are 2 mil pp; σ, resonances and whether probes make a plane depend on no unit."""
+    own = of_fit(fit, notation=Notation("mil", "pp", "lag", "Hz", {"x at 0.1 m": "3X"}))
+    assert own.measured == pytest.approx(response.measured * 2 / 25.4)
+    assert own.sd == pytest.approx(response.sd * 2 / 25.4)
+    assert all(
+        np.array_equal(own.residuals["fitted"][part], each) for part, each in response.residuals["fitted"].items()
+    )
+    found, expected = (np.array(resonances(each.curves["fitted"])) for each in (own, response))
+    assert found == pytest.approx(expected / 60)
+    assert own.shown_channels == ("3X", "y at 0.1 m") and own.planes().keys() == response.planes().keys()
+    chart = bode_chart(own, "title")
+    assert [stack[0].title for stack in chart.stacks] == [
+        f"{name}{pair}" for name in own.shown_channels for pair in ("", ", 60.3 and 63.3 Hz")
+    ]
+    named = [each.label for each in chart.stacks[1][0].elements if isinstance(each, Level)]
+    assert named == ["60.3", "63.3"] and "vertical: peaks of the model, Hz" in chart.caption
+    assert [panel.y.label for panel in chart.stacks[0]] == ["phase lag (°)", "amplitude (mil pp)", "residual / σ"]
+
+
+def test_an_orbit_is_as_wide_as_the_vibration_peak_to_peak(fit, response):
+    """Its displacements are in mil, whichever detection amplitudes have."""
+    x = np.abs(response.measured[:, 0]) / 25.4
+    for detection in ("0-peak", "pp", "rms"):
+        seen = orbits(of_fit(fit, notation=Notation("mil", detection, names={"x at 0.1 m": "3X"})))
+        phasors = np.array(seen.planes["0.1 m (3X)"]["measured"])
+        assert np.hypot(phasors[:, 0], phasors[:, 1]) == pytest.approx(x) and seen.unit == "mil"

@@ -14,6 +14,8 @@ from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
 from ksmea.problem.load import Load
 from ksmea.records.location import LocationRecord
+from ksmea.show.charts.chart import Line
+from ksmea.show.charts.location_chart import location_chart
 from ksmea.show.json_units import with_units
 from ksmea.show.location_text import frame, plot, text
 from ksmea.show.location_words import headline, landmark
@@ -208,3 +210,16 @@ def test_kinds_that_the_data_do_not_tell_apart_are_alternatives(record):
     moment = dataclasses.replace(best, kind="moment", position=0.3)
     both = dataclasses.replace(record, candidates=(best, moment, *others), laws=())
     assert not both.is_spread and " or moment at 0.3 m" in headline(both)
+
+
+def test_a_location_is_shown_in_the_units_of_the_measurement(record):
+    """The noise and speeds in words and on axes; numbers of the record stay SI, and default units are not written."""
+    own = record.shown_in("mil_pp,Hz")
+    assert "notation" not in record.to_data() and LocationRecord.from_data(own.to_data()) == own
+    assert {name: value for name, value in own.to_data().items() if name != "notation"} == record.to_data()
+    floor = f"{record.noise.floor / 12.7e-6:.3g} mil pp"
+    assert floor in text(own) and " rpm" not in text(own) and " µm" not in text(own)
+    panels = location_chart(own).stacks[1]
+    assert {panel.x.label for panel in panels} == {"speed (Hz)"}
+    line = next(each for each in panels[0].elements if isinstance(each, Line))
+    assert np.asarray(line.x) == pytest.approx(np.array(record.speed) / (2 * np.pi)) and " Hz: " in line.said

@@ -45,7 +45,7 @@ class LocationReport(Report):
             text_of_all = _summary(runs)
             page = Page(counts_line(runs), (Section("Result", (Prose(text_of_all),)),))
             return Made(text_of_all, files, runs, outdated=OF_ONE_RUN, page=lambda: page)
-        cell, record = found
+        cell, record = found[0], found[1].shown_in(plan.units)
         public = {name: value for name, value in with_units(record).items() if name not in OF_THE_BENCH}
         files["location.json"] = (json.dumps(public, indent=1) + "\n").encode()
         chosen, settings = cell.chosen("problem"), cell.settings["problem"]

@@ -90,7 +90,7 @@ def _evidence(record: DiagnosisRecord) -> Iterator[Folded]:
         fits = Table(trials_table(record.ranking))
         ranking = () if others_chart(record) is not None else (Drawn(partial(ranking_chart, record), EFFECTS),)
         yield Folded(f"All {len(record.ranking)} fits, the highest ΔBIC first", (*ranking, fits))
-    if (response := of_diagnosis(record)) is not None:
+    if (response := of_diagnosis(record, record.notation)) is not None:
         blocks = tuple(response_blocks(response, diagnosis_chart(record), RESIDUALS))
         yield Folded("Response and residuals of all channels", blocks)
     yield Folded("All unknowns, before and after", tuple(_unknowns(record)))

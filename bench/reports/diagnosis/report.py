@@ -5,7 +5,6 @@ For several runs it states how often each verdict was reached and whether hidden
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from collections import Counter
 from collections.abc import Container, Mapping, Sequence
@@ -74,7 +73,7 @@ class DiagnosisReport(Report):
                 page=lambda: diagnoses_page(plan, text_of_all, summary(plan, runs), runs),
             )
         cell, record = found
-        record = dataclasses.replace(record, notation=record.notation.with_words(plan.units))
+        record = record.shown_in(plan.units)
         following = next_measurement(plan, cell, record.split.run if record.split else "", output)
         files["diagnosis.json"] = (json.dumps(public(record, following), indent=1) + "\n").encode()
         chosen, settings = cell.chosen("problem"), cell.settings["problem"]

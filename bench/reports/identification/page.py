@@ -53,10 +53,9 @@ def _sections(title: str, record: IdentificationRecord, still: str, several: boo
         drawn = (Drawn(budget_chart(record.parameters)), *inputs_blocks(record.inputs))
         yield Section(f"Numbers known to a tolerance{of_which}", drawn)
     if record.fit is not None:
-        yield Section(
-            f"Response{of_which}",
-            tuple(response_blocks(of_fit(record.fit), identification_chart(record, title), still)),
-        )
+        response = of_fit(record.fit, notation=record.notation)
+        blocks = response_blocks(response, identification_chart(record, title), still)
+        yield Section(f"Response{of_which}", tuple(blocks))
     if len(record.history) >= LEAST_STEPS:
         yield Section(f"Search{of_which}", (Drawn(steps_chart(record)),))
 

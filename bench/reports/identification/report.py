@@ -42,7 +42,7 @@ class IdentificationReport(Report):
         if is_of_fleet(plan):
             lines = run_lines(plan, output)
             return fleet_report(plan, of_identifications(plan, output), lines, IdentificationRecord, identified)
-        records = read_records(output, _record, plan)
+        records = read_records(output, lambda line: _record(line, plan.units), plan)
         runs = of_identifications(plan, output)
         found = {run: record for run in plan.runs if (record := records.get(run.key)) is not None}
         shown = dict(list(found.items())[:MAX_BLOCKS])
@@ -66,8 +66,9 @@ class IdentificationReport(Report):
         )
 
 
-def _record(line: RunLine) -> IdentificationRecord | None:
-    return line.record(IdentificationRecord) if line.has_result else None
+def _record(line: RunLine, units: str) -> IdentificationRecord | None:
+    """The result of a run, shown in these units; None without one."""
+    return line.record(IdentificationRecord).shown_in(units) if line.has_result else None
 
 
 def identification_frame(plan: Plan, found: Mapping[Run, IdentificationRecord]) -> pd.DataFrame:

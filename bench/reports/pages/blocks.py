@@ -105,7 +105,8 @@ class Blocks:
             f'<label>speed <input type="range" min="0" max="{last}" value="{orbits.first}" step="1" data-orbit></label>'
             ' <output aria-live="polite"></output>'
         )
-        spec = {"speed": orbits.speed, "planes": orbits.planes}
+        units = {"unit": orbits.unit, "speedUnit": orbits.speed_unit, "decimals": orbits.decimals}
+        spec = {"speed": orbits.speed, "planes": orbits.planes, **units}
         return self._figure(orbits.title, orbits.alternative, spec, slider, 380, "", plot_type="orbits")
 
     def _figure(

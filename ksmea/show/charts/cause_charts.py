@@ -10,17 +10,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.measurement.notation import SPEEDS, Notation
+from ksmea.measurement.notation import DETECTIONS, Notation
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.statement import ORBIT
 from ksmea.show import diagnosis_findings as findings
 from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken, one_panel
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
 from ksmea.show.charts.parts.bode import N_SD, residual_ground
-from ksmea.show.charts.parts.polar import FULL_TURN, REACH, rings, speeds_at, within
+from ksmea.show.charts.parts.polar import FULL_TURN, REACH, rings, speeds_at, speeds_said, within
 from ksmea.show.charts.responses import Response, of_diagnosis
-from ksmea.show.statements import PLAIN
-from ksmea.units import MICROMETRE, RPM
+from ksmea.show.readings import PLAIN, speed_digits, speed_form, speed_label
 
 ROOM_FOR_WORDS = 1.4  # times the largest residual
 LEAST_SIGMA = 3.0  # that the axis of residuals shows to both sides
@@ -44,27 +43,24 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
 
     Below it what the accepted model leaves, in σ.
     """
-    response = of_diagnosis(record)
+    response = of_diagnosis(record, notation)
     if response is None:
         return None
     column = worst_channel(record, response)
-    scale = notation.vibration(MICROMETRE)
-    x = Axis(f"speed ({notation.speed})", group="speed")
+    x = Axis(speed_label(notation), group="speed")
     elements: list[Element] = []
     for model, curve in response.curves.items():
         label, (colour, dash) = _style(record, model)
-        amplitude = broken(scale * np.abs(curve.values[:, column]), curve.breaks)
-        elements.append(
-            Line(_speeds(broken(curve.speed, curve.breaks), notation), amplitude, dash, 1.4, name=label, colour=colour)
-        )
-    measured = scale * np.abs(response.measured[:, column])
-    elements.append(Points(_speeds(response.speed, notation), measured, size=3.5, name="measured", colour=MEASURED))
-    name = notation.name(response.channels[column])
+        amplitude = broken(np.abs(curve.values[:, column]), curve.breaks)
+        elements.append(Line(broken(curve.speed, curve.breaks), amplitude, dash, 1.4, name=label, colour=colour))
+    measured = np.abs(response.measured[:, column])
+    elements.append(Points(response.speed, measured, size=3.5, name="measured", colour=MEASURED))
+    name = response.shown_channels[column]
     panels = [Panel(tuple(elements), x, Axis(f"{name}, {notation.unit}", "log"), height=2.6)]
     accepted = next(reversed(tuple(response.residuals)), "")
     if accepted:
         parts = response.residuals[accepted]
-        panels.append(_residuals({part: left[:, column] for part, left in parts.items()}, response, x, notation))
+        panels.append(_residuals({part: left[:, column] for part, left in parts.items()}, response, x))
     of = _style(record, accepted)[0] if accepted else ""
     left = (
         f"; below: residuals of the model{'' if of == 'model' else f' {of}'} in σ of the noise, ± {N_SD:g} shaded"
@@ -84,45 +80,44 @@ def _style(record: DiagnosisRecord, model: str) -> tuple[str, tuple[str, str]]:
     return NAMES[model], STYLES[NAMES[model]]
 
 
-def _residuals(parts: dict[str, Array], response: Response, x: Axis, notation: Notation) -> Panel:
+def _residuals(parts: dict[str, Array], response: Response, x: Axis) -> Panel:
     most = max(LEAST_SIGMA, *(float(np.max(np.abs(left))) for left in parts.values())) * ROOM_FOR_WORDS
-    speeds = _speeds(response.speed, notation)
-    elements: list[Element] = list(residual_ground(parts, most, float(np.max(speeds))))
+    elements: list[Element] = list(residual_ground(parts, most, float(np.max(response.speed))))
     for (part, left), symbol in zip(parts.items(), SYMBOLS):
-        said = f"{{x:.0f}}: {{y:.2f}} σ ({part})"
-        elements.append(Points(speeds, left, symbol, 3.0, colour=CONTEXT, said=said))
+        said = f"{{x:{speed_form(response.notation)}}}: {{y:.2f}} σ ({part})"
+        elements.append(Points(response.speed, left, symbol, 3.0, colour=CONTEXT, said=said))
     return Panel(tuple(elements), x, Axis("residual / σ", low=-most, high=most), height=1.1)
 
 
 def cause_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart | None:
     """The picture that shows the cause best; None of amplitudes, which have no phase to draw."""
-    response = of_diagnosis(record)
+    response = of_diagnosis(record, notation)
     if response is None or not response.has_phase:
         return None
     stated = [effect.statement for effect in record.applied if effect.statement is not None]
     if stated and stated[0].picture == ORBIT and response.planes():
-        return orbit_chart(record, response, notation)
-    return polar_chart(record, response, notation)
+        return orbit_chart(record, response)
+    return polar_chart(record, response)
 
 
-def polar_chart(record: DiagnosisRecord, response: Response, notation: Notation) -> Chart:
+def polar_chart(record: DiagnosisRecord, response: Response) -> Chart:
     """The response of the worst channel in the complex plane, with speeds at some points.
 
     Lead counts anticlockwise.
     """
-    column, scale = worst_channel(record, response), notation.vibration(MICROMETRE)
-    measured = scale * response.measured[:, column]
+    column, notation = worst_channel(record, response), response.notation
+    measured = response.measured[:, column]
     reach = float(np.max(np.abs(measured)))
     elements = list(rings(reach, is_lag=notation.phase == "lag"))
     for model, curve in response.curves.items():
         label, (colour, dash) = _style(record, model)
-        values = within(scale * curve.values[:, column], reach)
+        values = within(curve.values[:, column], reach)
         re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
         elements.append(Line(re, im, dash, 1.4, name=label, colour=colour))
-    said = [f"{each:.0f} {notation.speed}" for each in _speeds(response.speed, notation)]
+    said = speeds_said(response.speed, notation)
     elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
     elements += speeds_at(measured, said)
-    name = notation.name(response.channels[column])
+    name = response.shown_channels[column]
     axis = Axis(low=-REACH * reach, high=REACH * reach, ticks={})
     turning = "clockwise" if notation.phase == "lag" else "anticlockwise"
     return one_panel(
@@ -132,9 +127,12 @@ def polar_chart(record: DiagnosisRecord, response: Response, notation: Notation)
     )  # fmt: skip
 
 
-def orbit_chart(record: DiagnosisRecord, response: Response, notation: Notation) -> Chart:
-    """The orbit of the plane with the largest misfit of the model as given, at the speed of that misfit."""
-    scale = notation.vibration(MICROMETRE)
+def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
+    """The orbit of the plane with the largest misfit of the model as given, at the speed of that misfit.
+
+    Displacements have no detection: a vibration of 2 mil pp moves the shaft from −1 to 1 mil.
+    """
+    notation = response.notation
     found: tuple[float, str, int] | None = None
     given = response.at_speeds["model before"]
     for place, (columns, to_xy) in response.planes().items():
@@ -146,14 +144,15 @@ def orbit_chart(record: DiagnosisRecord, response: Response, notation: Notation)
     columns, to_xy = response.planes()[place]
     elements: list[Element] = []
     for name, values in {"measured": response.measured, **{NAMES[m]: v for m, v in response.at_speeds.items()}}.items():
-        x, y = _orbit(scale * to_xy @ values[at, list(columns)])
+        x, y = _orbit(to_xy @ values[at, list(columns)] / DETECTIONS[notation.detection])
         colour, dash = STYLES.get(name, (MEASURED, "dot"))
         width = 2.4 if name == "measured" else 1.4
         elements.append(Line(x, y, dash, width, name=name, colour=colour))
         elements.append(Points([x[0]], [y[0]], size=5.0, colour=colour, said="phase mark"))
-    speed = f"{_speeds(response.speed, notation)[at]:.0f} {notation.speed}"
+    speed = f"{speed_digits(float(response.speed[at]), notation)} {notation.speed}"
     return one_panel(
-        elements, Axis(f"x, {notation.unit}"), Axis(f"y, {notation.unit}"), f"Orbit at {place}, {speed}",
+        elements, Axis(f"x, {notation.amplitude}"), Axis(f"y, {notation.amplitude}"),
+        f"Orbit at {response.plane_name(place)}, {speed}",
         "Path of the shaft at the speed of the largest misfit; dots: at the phase mark.", height=3.7, is_to_scale=True, width=4.6,
     )  # fmt: skip
 
@@ -192,10 +191,6 @@ def others_chart(record: DiagnosisRecord) -> Chart | None:
 def _words(record: DiagnosisRecord) -> Iterator[str]:
     for effect in record.applied:
         yield effect.statement.words if effect.statement is not None else effect.name.replace("_", " ")
-
-
-def _speeds(rpm: Array, notation: Notation) -> Array:
-    return np.asarray(rpm) * RPM / SPEEDS[notation.speed]
 
 
 def _orbit(phasors: ComplexArray) -> tuple[Array, Array]:

@@ -11,8 +11,8 @@ from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRec
 from ksmea.show.charts.chart import Axis, Band, Chart, Element, Level, Line, Panel, Points, Words, broken
 from ksmea.show.charts.colours import ALIKE, CATEGORIES, CONTEXT, MEASURED, REFERENCE
 from ksmea.show.location_words import over_the_shaft
+from ksmea.show.readings import deviation_unit, speed_form, speed_label, speed_unit, vibration_unit
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
-from ksmea.units import MICROMETRE, RPM
 
 COLOUR_OF_QUANTITY = {**dict(zip(("force", "moment", "reading", "force and moment"), CATEGORIES)), PAIR: CONTEXT}
 COLOUR_OF_PART = dict(zip(("x", "y", "forward", "backward"), CATEGORIES))
@@ -119,24 +119,26 @@ def _follows_law(record: LocationRecord, force: ForceRecord) -> bool:
 
 
 def _amplitude(record: LocationRecord, force: ForceRecord) -> Panel:
-    unit, scale = ("µm", MICROMETRE) if force.parts[0].unit == "m" else (force.parts[0].unit, 1.0)
+    unit, scale = force.parts[0].unit, 1.0
+    if unit == "m":
+        unit, scale = deviation_unit(record.notation), vibration_unit(record.notation)
     elements = [each for part in force.parts for each in _series(record, part.amplitude, part.part, scale)]
     if record.law is not None and _follows_law(record, force):
         for amplitude, sd in zip(record.law.amplitude, record.law.amplitude_sd):
             low, high = (_lines(record, np.array(amplitude) + sign * N_SD * np.array(sd)) for sign in (-1, 1))
-            elements.append(Band(_rpm(record), low, high, colour=REFERENCE))
+            elements.append(Band(_speed(record), low, high, colour=REFERENCE))
         for direction, amplitude in zip("xy", record.law.amplitude):
-            said = f"{record.law.law} ({direction}): {{x:.0f}} rpm: {{y:.4g}}"
+            said = f"{record.law.law} ({direction}): {_said(record)}"
             line = _lines(record, amplitude)
-            elements.append(Line(_rpm(record), line, "dash", 1.0, name=record.law.law, colour=REFERENCE, said=said))
-    return _over_speed(elements, Axis(f"{force.kind} ({unit})", "log"))
+            elements.append(Line(_speed(record), line, "dash", 1.0, name=record.law.law, colour=REFERENCE, said=said))
+    return _over_speed(record, elements, Axis(f"{force.kind} ({unit})", "log"))
 
 
 def _work(record: LocationRecord, force: ForceRecord) -> Panel:
     assert force.work is not None, "a force whose work is known"
     elements: list[Element] = [*_series(record, force.work, "x", name=""), Level(at=0.0, dash="solid", width=0.6)]
     linear = LINEAR * (float(np.max(np.abs(force.work.value))) or 1.0)
-    return _over_speed(elements, Axis("work (J per turn)\nabove 0: feeds", "symlog", linear=linear))
+    return _over_speed(record, elements, Axis("work (J per turn)\nabove 0: feeds", "symlog", linear=linear))
 
 
 def _stiffness(record: LocationRecord, force: ForceRecord) -> Panel:
@@ -147,16 +149,21 @@ def _stiffness(record: LocationRecord, force: ForceRecord) -> Panel:
         elements += _series(record, each.real, each.part, MEGA)
         quadrature = _lines(record, each.imaginary.value) / MEGA
         elements.append(
-            Line(_rpm(record), quadrature, "dot", 1.2, colour=COLOUR_OF_PART[each.part], said="{x:.0f} rpm: {y:.4g}")
+            Line(_speed(record), quadrature, "dot", 1.2, colour=COLOUR_OF_PART[each.part], said=_said(record))
         )
     values = np.concatenate([each.real.value for each in shown]) / MEGA
     low, high = np.quantile(values, [0.05, 0.95])
     margin = max(high - low, 1e-3)
-    return _over_speed(elements, Axis("dynamic stiffness (MN/m)", low=low - margin, high=high + margin))
+    return _over_speed(record, elements, Axis("dynamic stiffness (MN/m)", low=low - margin, high=high + margin))
 
 
-def _over_speed(elements: Sequence[Element], y: Axis) -> Panel:
-    return Panel(tuple(elements), Axis("speed (rpm)", group="speed"), y, height=1.9)
+def _over_speed(record: LocationRecord, elements: Sequence[Element], y: Axis) -> Panel:
+    return Panel(tuple(elements), Axis(speed_label(record.notation), group="speed"), y, height=1.9)
+
+
+def _said(record: LocationRecord) -> str:
+    """Speed and value at the pointer, to be filled in."""
+    return f"{{x:{speed_form(record.notation)}}} {record.notation.speed}: {{y:.4g}}"
 
 
 def _series(
@@ -166,13 +173,13 @@ def _series(
     colour = COLOUR_OF_PART.get(part, REFERENCE)
     value, low, high = (_lines(record, values) / scale for values in (series.value, series.low, series.high))
     line = Line(
-        _rpm(record), value, width=1.2, name=part if name is None else name, colour=colour, said="{x:.0f} rpm: {y:.4g}"
+        _speed(record), value, width=1.2, name=part if name is None else name, colour=colour, said=_said(record)
     )
-    return [Band(_rpm(record), low, high, colour=colour), line]
+    return [Band(_speed(record), low, high, colour=colour), line]
 
 
-def _rpm(record: LocationRecord) -> Array:
-    return _lines(record, record.speed) / RPM
+def _speed(record: LocationRecord) -> Array:
+    return _lines(record, record.speed) / speed_unit(record.notation)
 
 
 def _lines(record: LocationRecord, values: Sequence[float] | Array) -> Array:

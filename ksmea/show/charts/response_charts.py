@@ -1,6 +1,7 @@
 """Measured and modelled response over speed (Bode) and in the complex plane (Nyquist).
 
-A stack for each channel.
+A stack for each channel. Units and names of channels are those of the response's notation. Phases are lags in any
+notation, as a Bode plot of a rotor has them (API 684), and their labels say so.
 """
 
 from __future__ import annotations
@@ -25,10 +26,11 @@ from ksmea.show.charts.parts.bode import (
     residual_ground,
     resonances,
 )
-from ksmea.show.charts.parts.polar import BEYOND, REACH, rings, speeds_at, within
+from ksmea.show.charts.parts.polar import BEYOND, REACH, rings, speeds_at, speeds_said, within
 from ksmea.show.charts.responses import ModelCurve, Response
+from ksmea.show.readings import PLAIN, amplitude_label, speed_digits, speed_form, speed_label
 
-AMPLITUDE, PHASE, SPEED = "amplitude (µm 0-peak)", "phase lag (°)", "speed (rpm)"
+AMPLITUDE, PHASE, SPEED = amplitude_label(PLAIN), "phase lag (°)", speed_label(PLAIN)
 MOST_ERROR_BARS = 400  # points; more are drawn without
 ACROSS, MAX_CHANNELS = 3, 9  # of a picture; pages and records have all
 COLOURS = {"model before": BEFORE, "model after": AFTER}  # of models; of any other: MODEL
@@ -61,7 +63,7 @@ def bode_chart(response: Response, title: str) -> Chart:
         if response.averaged is not None
         else ""
     )
-    named = "; vertical: peaks of the model, rpm" if 0 < len(peaks) <= MOST_NAMED else ""
+    named = f"; vertical: peaks of the model, {response.notation.speed}" if 0 < len(peaks) <= MOST_NAMED else ""
     zoomed = "; on the right: two peaks closer than 5 %" if pairs else ""
     caption = (
         f"{'Phase lag and amplitude' if response.has_phase else 'Amplitude'} over speed; {bars}, lines: {_models(response)}"
@@ -88,18 +90,22 @@ def _panels(
 ) -> Iterator[Panel]:
     """Panels of a channel; `pair` are two resonances that a column of their own shows."""
     low, high = (None, None) if pair is None else around(pair)
-    x = Axis(SPEED, low=low, high=high, group="speed" if pair is None else "pair")
+    notation = response.notation
+    x = Axis(speed_label(notation), low=low, high=high, group="speed" if pair is None else "pair")
     shown = [each for each in peaks if low is None or high is None or low <= each <= high]
-    title = response.channels[column]
-    title = title if pair is None else f"{title}, {pair[0]:.0f} and {pair[1]:.0f} rpm"
+    title = response.shown_channels[column]
+    if pair is not None:
+        title += f", {' and '.join(speed_digits(each, notation) for each in pair)} {notation.speed}"
 
     def marked(*, is_top: bool = False) -> Iterator[Element]:
-        yield from marks(shown, with_names=is_top, are_apart=pair is not None)
+        yield from marks(shown, with_names=is_top, are_apart=pair is not None, form=speed_form(notation))
 
     if response.has_phase:
         yield Panel((*marked(is_top=True), *_phase(response, column)), x, _phase_axis(response), title, 1.5)
     elements = (*marked(is_top=not response.has_phase), *_amplitude(response, column))
-    yield Panel(elements, x, Axis(AMPLITUDE, "log", group="amplitude"), "" if response.has_phase else title, 2.6)
+    yield Panel(
+        elements, x, Axis(amplitude_label(notation), "log", group="amplitude"), "" if response.has_phase else title, 2.6
+    )
     for name, parts in response.residuals.items():
         most = max(LEAST_SIGMA, *(float(np.nanmax(np.abs(left))) for left in parts.values())) * ROOM_FOR_WORDS
         own = {part: left[:, column] for part, left in parts.items()}
@@ -107,7 +113,7 @@ def _panels(
         points = [
             Points(
                 response.speed, left, symbol, 3.0, name=f"residual {part}" if len(parts) > 1 else "residual", colour=COLOURS.get(name, MODEL),
-                said=f"{{x:.0f}} rpm: {{y:.2f}} σ ({part})", tags={"model": name},
+                said=f"{_at_speed(response)}: {{y:.2f}} σ ({part})", tags={"model": name},
             )
             for (part, left), symbol in zip(own.items(), SYMBOLS)
         ]  # fmt: skip
@@ -161,9 +167,15 @@ def _amplitude(response: Response, column: int) -> Iterator[Element]:
 
 def _phase(response: Response, column: int) -> Iterator[Element]:
     measured, *of_models = _lags(response, column)
-    yield Points(response.speed, measured, size=3.5, colour=MEASURED, opacity=0.85, said="{x:.0f} rpm: {y:.1f}°")
+    said = f"{_at_speed(response)}: {{y:.1f}}°"
+    yield Points(response.speed, measured, size=3.5, colour=MEASURED, opacity=0.85, said=said)
     for (model, curve), lag in zip(response.curves.items(), of_models):
         yield _line(model, broken(curve.speed, curve.breaks), broken(lag, curve.breaks))
+
+
+def _at_speed(response: Response) -> str:
+    """The speed at the pointer, to be filled in: '{x:.0f} rpm'."""
+    return f"{{x:{speed_form(response.notation)}}} {response.notation.speed}"
 
 
 def _line(model: str, x: Array, y: Array, said: str | list[str] = "") -> Line:
@@ -185,29 +197,25 @@ def nyquist_chart(response: Response) -> Chart:
     0° is to the right, lag clockwise.
     """
     stacks = []
-    for column, channel in enumerate(response.channels):
+    for column, channel in enumerate(response.shown_channels):
         measured = response.measured[:, column]
         reach = float(np.max(np.abs(measured)))
         elements = list(rings(reach))
         for model, curve in response.curves.items():
-            values, rpm = within(curve.values[:, column], reach), broken(curve.speed, curve.breaks)
+            values, speed = within(curve.values[:, column], reach), broken(curve.speed, curve.breaks)
             re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
-            elements.append(_line(model, re, im, _speeds(rpm)))
-        said = _speeds(response.speed)
+            elements.append(_line(model, re, im, speeds_said(speed, response.notation)))
+        said = speeds_said(response.speed, response.notation)
         elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
         elements += speeds_at(measured, said)
         axis = Axis(low=-REACH * reach, high=REACH * reach, ticks={})
         stacks.append((Panel(tuple(elements), axis, axis, channel, 3.4, is_to_scale=True),))
     return Chart(
         "Response in the complex plane",
-        f"Polar plot of each channel, µm 0-peak; 0° of phase to the right, lag clockwise; dots: measured, lines: {_models(response)}, up to"
-        f" {BEYOND:g} times the largest measured amplitude; numbers: speed in rpm.",
+        f"Polar plot of each channel, {response.notation.unit}; 0° of phase to the right, lag clockwise; dots: measured, lines: {_models(response)}, up to"
+        f" {BEYOND:g} times the largest measured amplitude; numbers: speed in {response.notation.speed}.",
         tuple(stacks), _across(stacks), choices=_choices(response), of_stacks="channel",
     )  # fmt: skip
-
-
-def _speeds(rpm: Array) -> list[str]:
-    return [f"{each:.0f} rpm" if np.isfinite(each) else "" for each in rpm]
 
 
 def _marks(response: Response) -> str:

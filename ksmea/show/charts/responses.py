@@ -18,8 +18,7 @@ from ksmea.measurement.notation import Notation
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
 from ksmea.records.estimate import NoiseLevelRecord
-from ksmea.show.statements import PLAIN
-from ksmea.units import MICROMETRE, RPM
+from ksmea.show.readings import PLAIN, speed_unit, vibration_unit
 
 LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
 OF_A_PLANE = re.compile(
@@ -32,7 +31,7 @@ LEAST_ACROSS = (
 
 @dataclass(frozen=True)
 class ModelCurve:
-    """A model's response (n, n_channel) µm at its own speeds (n,) rpm; further runs begin at `breaks`."""
+    """A model's response (n, n_channel) at its own speeds (n,); further runs begin at `breaks`."""
 
     speed: Array
     values: ComplexArray
@@ -41,11 +40,14 @@ class ModelCurve:
 
 @dataclass(frozen=True)
 class Response:
-    """Data (n_speed, n_channel) µm over speed (n_speed,) rpm; amplitudes alone where `has_phase` is False.
+    """Data (n_speed, n_channel) over speed (n_speed,); amplitudes alone where `has_phase` is False.
+
+    Speeds and vibrations are in the units of `notation`, µm 0-peak and rpm by default; complex values are always leads.
+    Channels have their own names, such as 'x at 0.1 m'; `shown_channels` are those of the notation.
 
     By the name of each model it has its curve, its response at the measured speeds, and residuals in units of the noise
-    by their part. `breaks` are the starts of the measured speeds of a further run. `sd` (µm) is along the amplitude,
-    `averaged` are both ends (n_speed, n_channel) µm of the prediction of averaged models.
+    by their part. `breaks` are the starts of the measured speeds of a further run. `sd` is along the amplitude,
+    `averaged` are both ends (n_speed, n_channel) of the prediction of averaged models.
     """
 
     speed: Array
@@ -59,6 +61,17 @@ class Response:
     averaged: tuple[Array, Array] | None = None
     breaks: tuple[int, ...] = ()
     notation: Notation = PLAIN
+
+    @property
+    def shown_channels(self) -> tuple[str, ...]:
+        """The channels by the names that the reader knows: '3X'."""
+        return tuple(map(self.notation.name, self.channels))
+
+    def plane_name(self, place: str) -> str:
+        """A plane with the names of its two probes, if they have any: '0.1 m (3X, 3Y)'."""
+        own = [self.channels[column] for column in self.planes()[place][0]]
+        named = [self.notation.names[channel] for channel in own if channel in self.notation.names]
+        return f"{place} ({', '.join(named)})" if named else place
 
     def planes(self) -> dict[str, tuple[tuple[int, int], Array]]:
         """Two columns of each plane with two directions, and the matrix (2, 2) that makes x and y of them."""
@@ -85,28 +98,30 @@ def _read_by(pair: tuple[str, str]) -> Array:
     return np.array([cosines(direction) for direction in pair])
 
 
-def of_fit(fit: FitCurves, name: str = "fitted") -> Response:
-    """The response of an identification."""
-    sd = None if fit.sd is None else as_array(fit.sd) / MICROMETRE / (np.sqrt(2) if fit.has_phase else 1)
+def of_fit(fit: FitCurves, name: str = "fitted", notation: Notation = PLAIN) -> Response:
+    """The response of an identification in a notation."""
+    unit = vibration_unit(notation)
+    sd = None if fit.sd is None else as_array(fit.sd) / unit / (np.sqrt(2) if fit.has_phase else 1)
     parts: dict[str, Array] = {}
     if fit.sd is not None:
         of_channels = [residuals_of_fit(fit, column) for column in range(len(fit.channels))]
         names = COMPONENTS if fit.has_phase else ("amplitude",)
         parts = {part: np.stack(columns, axis=1) for part, columns in zip(names, zip(*of_channels))}
     return Response(
-        speed=as_array(fit.speed) / RPM,
+        speed=as_array(fit.speed) / speed_unit(notation),
         channels=fit.channels,
-        measured=_complex(fit.measured),
+        measured=_complex(fit.measured, unit),
         has_phase=fit.has_phase,
         sd=sd,
-        curves={name: _curve(fit.fine)},
-        at_speeds={name: _complex(fit.fitted)},
+        curves={name: _curve(fit.fine, notation)},
+        at_speeds={name: _complex(fit.fitted, unit)},
         residuals={name: parts} if parts else {},
+        notation=notation,
     )
 
 
-def of_diagnosis(record: DiagnosisRecord) -> Response | None:
-    """Response of a diagnosis, before and after the extension, with residuals.
+def of_diagnosis(record: DiagnosisRecord, notation: Notation = PLAIN) -> Response | None:
+    """Response of a diagnosis in a notation, before and after the extension, with residuals.
 
     Residuals are in units of one law of noise (`residuals.py`). None for a record without curves. A model's curve is
     the fine one of the record; for records without it, the one at the measured speeds.
@@ -114,19 +129,18 @@ def of_diagnosis(record: DiagnosisRecord) -> Response | None:
     curves = record.curves
     if curves is None:
         return None
-    speed = np.array(curves.speed) / RPM
+    unit = vibration_unit(notation)
+    speed = np.array(curves.speed) / speed_unit(notation)
     measured = as_complex(curves.responses.measured)
     values = {"model before": curves.responses.before, "model after": curves.responses.after}
     fine = {"model before": curves.fine_before, "model after": curves.fine_after}
-    at_speeds = {
-        name: _with_phase(as_complex(found)) / MICROMETRE for name, found in values.items() if found is not None
-    }
+    at_speeds = {name: _with_phase(as_complex(found)) / unit for name, found in values.items() if found is not None}
     coarse = {name: ModelCurve(speed, found, curves.breaks) for name, found in at_speeds.items()}
-    drawn = {name: _curve(found) for name, found in fine.items() if found is not None}
+    drawn = {name: _curve(found, notation) for name, found in fine.items() if found is not None}
     return Response(
         speed=speed,
         channels=curves.channels,
-        measured=_with_phase(measured) / MICROMETRE,
+        measured=_with_phase(measured) / unit,
         has_phase=np.iscomplexobj(measured),
         sd=None,
         curves=coarse | drawn,
@@ -134,18 +148,20 @@ def of_diagnosis(record: DiagnosisRecord) -> Response | None:
         residuals={
             f"model {when}": _parts(found, at_speeds[f"model {when}"]) for when, found in residuals(record).items()
         },
-        averaged=_averaged(curves),
+        averaged=_averaged(curves, unit),
         breaks=curves.breaks,
+        notation=notation,
     )
 
 
-def _curve(fine: FineCurve) -> ModelCurve:
-    return ModelCurve(as_array(fine.speed) / RPM, _complex(fine), fine.breaks)
+def _curve(fine: FineCurve, notation: Notation) -> ModelCurve:
+    values = _complex(fine, vibration_unit(notation))
+    return ModelCurve(as_array(fine.speed) / speed_unit(notation), values, fine.breaks)
 
 
-def _complex(polar: Polar | FineCurve) -> ComplexArray:
-    """(n, n_channel) µm."""
-    amplitude = as_array(polar.amplitude) / MICROMETRE
+def _complex(polar: Polar | FineCurve, unit: float) -> ComplexArray:
+    """(n, n_channel) in a unit (m)."""
+    amplitude = as_array(polar.amplitude) / unit
     phase = np.zeros_like(amplitude) if polar.phase is None else as_array(polar.phase)
     found: ComplexArray = amplitude * np.exp(1j * phase)
     return found
@@ -163,12 +179,12 @@ def _parts(residuals: Array | ComplexArray, fitted: ComplexArray) -> dict[str, A
     return {"amplitude": residuals.real}
 
 
-def _averaged(curves: CurvesRecord) -> tuple[Array, Array] | None:
-    """Where averaged models reach, µm, to a positive end, as a logarithmic axis shows it."""
+def _averaged(curves: CurvesRecord, unit: float) -> tuple[Array, Array] | None:
+    """Where averaged models reach, in a unit (m), to a positive end, as a logarithmic axis shows it."""
     if curves.averaged is None or curves.responses.after is None:
         return None
     least = LEAST_SHOWN * np.max(np.abs(as_complex(curves.responses.measured)))
-    low, high = (np.maximum(np.array(end), least) / MICROMETRE for end in (curves.averaged.low, curves.averaged.high))
+    low, high = (np.maximum(np.array(end), least) / unit for end in (curves.averaged.low, curves.averaged.high))
     return low, high
 
 

@@ -192,8 +192,8 @@
       grid: { rows: 1, columns: names.length, pattern: "independent", xgap: 0.15 }, annotations: [] };
     names.forEach((name, index) => {
       const end = index ? index + 1 : "";
-      layout["xaxis" + end] = { title: { text: "x (µm)" }, constrain: "domain" };
-      layout["yaxis" + end] = { title: index ? undefined : { text: "y (µm)" }, scaleanchor: "x" + end, constrain: "domain" };
+      layout["xaxis" + end] = { title: { text: `x (${spec.unit})` }, constrain: "domain" };
+      layout["yaxis" + end] = { title: index ? undefined : { text: `y (${spec.unit})` }, scaleanchor: "x" + end, constrain: "domain" };
       layout.annotations.push({ text: inert(name), showarrow: false, xref: `x${end} domain`, yref: `y${end} domain`, x: 0.5, y: 1.09 });
     });
     function traces(at) {
@@ -212,7 +212,7 @@
     const show = () => {
       const at = Number(slider.value);
       const said = names.map((name) => `${name}: ${whirl(Object.values(spec.planes[name])[0][at])} whirl`).join("; ");
-      output.textContent = `${spec.speed[at].toFixed(0)} rpm; ${said}`;
+      output.textContent = `${spec.speed[at].toFixed(spec.decimals)} ${spec.speedUnit}; ${said}`;
       slider.setAttribute("aria-valuetext", output.textContent);
       Plotly.react(canvas, traces(at), layout, { displayModeBar: false, responsive: true });
     };

@@ -99,12 +99,14 @@ def around(pair: tuple[float, float]) -> tuple[float, float]:
     return pair[0] - room, pair[1] + room
 
 
-def marks(at: Sequence[float], *, with_names: bool, are_apart: bool) -> Iterator[Level]:
-    """Lines at resonances. Of a close pair the first has the names of both, unless they are drawn apart."""
+def marks(at: Sequence[float], *, with_names: bool, are_apart: bool, form: str = ".0f") -> Iterator[Level]:
+    """Lines at resonances, whose names are their speeds in a format.
+
+    Of a close pair the first has the names of both, unless they are drawn apart."""
     pairs = {} if are_apart else dict(close_pairs(at))
     for each in at if len(at) <= MOST_NAMED else ():
         is_second = each in pairs.values()
-        name = f"{each:.0f}" + (f", {pairs[each]:.0f}" if each in pairs and pairs[each] not in pairs else "")
+        name = f"{each:{form}}" + (f", {pairs[each]:{form}}" if each in pairs and pairs[each] not in pairs else "")
         label = name if with_names and not is_second else ""
         yield Level(at=each, along="x", dash="solid", width=0.5, label=label, colour=CONTEXT, opacity=0.7)
 

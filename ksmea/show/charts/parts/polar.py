@@ -6,9 +6,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ksmea.arrays import ComplexArray
+from ksmea.arrays import Array, ComplexArray
+from ksmea.measurement.notation import Notation
 from ksmea.show.charts.chart import Element, Level, Line, Words
 from ksmea.show.charts.colours import CONTEXT
+from ksmea.show.readings import speed_digits
 
 N_RING, LEAST_STEP = 3, 0.6  # circles, and the least distance of theirs, of an equal one
 LABELLED = 6  # speeds with a number
@@ -41,6 +43,11 @@ def rings(reach: float, *, is_lag: bool = True) -> Iterator[Element]:
 def within(values: ComplexArray, reach: float) -> ComplexArray:
     """A curve as it is drawn: without what lies far beyond what was measured."""
     return np.where(np.abs(values) <= BEYOND * reach, values, np.nan)
+
+
+def speeds_said(speed: Array, notation: Notation) -> list[str]:
+    """Speeds as they are shown at the pointer, '3820 rpm'; '' of a gap."""
+    return [f"{speed_digits(each, notation)} {notation.speed}" if np.isfinite(each) else "" for each in speed]
 
 
 def speeds_at(measured: ComplexArray, said: Sequence[str]) -> Iterator[Words]:
