@@ -25,6 +25,11 @@ def heeds_sigint():
     signal.signal(signal.SIGINT, before)
 
 
+def pytest_xdist_auto_num_workers(config):
+    """One more than the cores: a test that waits for a process, a clock or a lock leaves its core to another."""
+    return len(os.sched_getaffinity(0)) + 1
+
+
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items):
     """Tests that share a fixture of their module are one worker's: each other worker would make the fixture again."""

@@ -1,4 +1,7 @@
-"""Values of a diagnosis as a table: each unknown by the accepted model, its interval, and its change by the cause."""
+"""Values of a diagnosis as a table.
+
+Each unknown by the accepted model, with its interval and its change by the cause.
+"""
 
 from __future__ import annotations
 
