@@ -31,12 +31,6 @@ REPETITIONS = {  # of others than tables
     "coverage": 2000,
     "efficiency": 100,
     "rational": 100,
-    "audit": 1,
-    "plan": 1,
-    "identify": 1,
-    "diagnose": 1,
-    "locate": 1,
-    "balance": 1,
     "diagnosis_without": 6,
     "diagnosis_nulls": 300,
     "diagnosis_effects": 20,
@@ -44,7 +38,9 @@ REPETITIONS = {  # of others than tables
     "diagnosis_power": 2,
     "diagnosis_pairs": 2,
     "tolerances": 300,
-} | dict.fromkeys(["identifiability", "diagnosis_effects_drawn", "diagnosis_nulls_drawn"], 1)
+}
+REPETITIONS |= dict.fromkeys(["audit", "plan", "identify", "identifiability", "diagnose", "locate", "balance"], 1)
+REPETITIONS |= dict.fromkeys(["diagnosis_effects_drawn", "diagnosis_nulls_drawn"], 1)
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={EXAMPLES / 'run_up.csv'}"],
