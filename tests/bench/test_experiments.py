@@ -26,14 +26,11 @@ from problems.rk4 import RK4
 from problems.three_disk import ThreeDisk
 
 TABLES = ["table2", "table3", "table4", "table5", "table6", "table8"]
-OF_ONE = ["audit", "plan", "identify", "identifiability", "diagnose", "locate", "balance"]
-REPETITIONS = dict.fromkeys(
-    [*OF_ONE, "diagnosis_effects_drawn", "diagnosis_nulls_drawn"], 1
-) | {  # of others than tables
-    **{"contest": 2, "coverage": 2000, "efficiency": 100, "rational": 100, "tolerances": 300, "diagnosis_nulls": 300},
-    **{"diagnosis_effects": 20, "diagnosis_further": 20},
-    **{"diagnosis_power": 2, "diagnosis_pairs": 2, "diagnosis_without": 6},
-}
+ONCE = ["audit", "plan", "identify", "identifiability", "diagnose", "locate", "balance"]
+REPETITIONS = dict.fromkeys([*ONCE, "diagnosis_effects_drawn", "diagnosis_nulls_drawn"], 1)  # of others than tables
+REPETITIONS |= {"contest": 2, "coverage": 2000, "efficiency": 100, "rational": 100, "tolerances": 300}
+REPETITIONS |= {"diagnosis_nulls": 300, "diagnosis_effects": 20, "diagnosis_further": 20}
+REPETITIONS |= {"diagnosis_power": 2, "diagnosis_pairs": 2, "diagnosis_without": 6}
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={EXAMPLES / 'run_up.csv'}"],
