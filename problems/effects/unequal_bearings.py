@@ -4,9 +4,9 @@ Two bearings of one type differ by their static load and clearance (J. W. Lund, 
 coefficients for fluid film journal bearings, J. Tribology 109 (1987) 37–41). It changes the shape of the modes: one end
 moves more than the other. Direct coefficients change, cross-coupled ones do not.
 
-Each bearing is tried by itself, with its stiffness or with stiffness and damping. Of two bearings that share their unknowns the data determine
-the ratio alone: one that is softer explains them as well as the other one that is stiffer, with other common values. A coefficient that an
-unknown sets for one bearing alone cannot differ from itself, and is left out.
+Each bearing is tried by itself, with its stiffness or with stiffness and damping. Two bearings that share their unknowns are one place:
+a first one that is stiffer is a second one that is softer, so the second differs and the common values are those of the first. A coefficient
+that an unknown sets for one bearing alone cannot differ from itself, and is left out.
 """
 
 from __future__ import annotations
@@ -65,6 +65,7 @@ class UnequalBearings(RotorEffect):
             dataclasses.replace(self, bearing=index + 1, changes=changes)
             for index in range(n_bearing)
             for changes in _possible({part for part in LETTERS if not _is_free(problem, index, part)})
+            if index or not _are_exchangeable(problem, changes)
         ]
 
     def placed_on(self, problem: RotorProblem) -> UnequalBearings:
@@ -121,6 +122,14 @@ def _possible(shared: set[str]) -> list[str]:
     """
     found = [changes for changes, parts in CHANGES.items() if shared.issuperset(parts)]
     return [changes for changes in found if changes != DAMPING or len(found) == 1]
+
+
+def _are_exchangeable(problem: RotorProblem, changes: str) -> bool:
+    """Whether the rotor has two bearings, and unknowns set each coefficient that differs for both."""
+    wanted = [LETTERS[part] + axis + axis for part in CHANGES[changes] for axis in DIRECTIONS]
+    pairs = [{BearingTarget(bearing, name) for bearing in (0, 1)} for name in wanted]
+    set_together = [set(item.targets) for item in problem.unknowns]
+    return len(problem.rotor.bearings) == 2 and all(any(pair <= own for own in set_together) for pair in pairs)
 
 
 def _is_free(problem: RotorProblem, bearing: int, part: str) -> bool:

@@ -124,3 +124,19 @@ def test_the_lead_has_the_weight_that_the_list_shows():
     assert weights[0] < 0.05 and heaviest(names, weights) == 1
     near = akaike_weights(np.array([5.0, 0.0, 0.0]), np.array([6, 7, 7]), names)
     assert heaviest(names, near) == 0  # 0.18 to 0.82 is no clear lead: BIC decides
+
+
+def test_two_unequal_bearings_are_averaged_with_one_meaning_of_their_coefficients(rotor, hide):
+    """With stiffness alone or with damping it is bearing 2 that differs, so that kxx is of bearing 1 in both, 50 MN/m."""
+    measurement, _, _ = hide("unequal_bearings", 6)
+    effects = {name: each for name, each in registered_effects().items() if name in ("unequal_bearings", "runout")}
+    effort = dataclasses.replace(LESS, average=True)
+    found = diagnose(Case(rotor, measurement), effects, Search(np.random.default_rng(0), effort))
+    assert found.named == ("unequal_bearings",)
+    assert [each.location for each in found.explanations] == [
+        "stiffness of bearing 2",
+        "stiffness and damping of bearing 2",
+    ]
+    one, both = found.averaged.intervals[0], found.best_estimate.intervals[0]
+    assert one.low < TRUTH["kxx"] < one.high
+    assert one.high - one.low == pytest.approx(both.high - both.low, rel=0.2)  # the two agree
