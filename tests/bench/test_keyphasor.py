@@ -76,6 +76,17 @@ def test_phases_count_from_the_stated_edge_whatever_the_mark_is(tmp_path, ending
         assert phase_error(File(**settings), duty, duty < 0.5) < 1
 
 
+def test_an_exactly_steady_record_is_read_without_a_question(tmp_path):
+    """At 100 samples a turn the speeds of its turns differ by the rounding of their times alone: each turn is a row."""
+    angle = np.arange(4000) / 100
+    time = 0.1234 + np.arange(4000) / (100 * SPEED)
+    motion = (VECTOR * np.exp(2j * np.pi * angle)).real
+    data = File(**written(tmp_path / "wave.mat", time, 5.0 * (angle % 1 < 0.1), motion)).read()
+    assert len(data.speed) >= 35 and data.speed * 30 / np.pi == pytest.approx(60 * SPEED, rel=1e-6)
+    # an edge is known to half a sample, 1.8° of a turn
+    assert np.angle(data.values[:, 0] / VECTOR, deg=True) == pytest.approx(0, abs=2)
+
+
 @pytest.mark.parametrize("is_high", [True, False])
 @pytest.mark.parametrize("turns", np.arange(10, 11, 0.1))
 def test_where_a_record_is_cut_changes_neither_edge_nor_share(turns, is_high):

@@ -108,10 +108,9 @@ def _distinct(speed: Array) -> Array:
     Some pulses that fall on samples coincide in all digits by chance.
     """
     order = np.argsort(speed, kind="stable")
-    number = np.arange(len(speed))
-    is_first = np.diff(speed[order], prepend=-np.inf) != 0
+    steps = (1 + APART) ** np.arange(len(speed))
     found = np.empty(len(speed))
-    found[order] = speed[order] * (1 + APART * (number - np.maximum.accumulate(np.where(is_first, number, 0))))
+    found[order] = np.maximum.accumulate(speed[order] / steps) * steps
     return found
 
 
