@@ -20,6 +20,7 @@ from measurements.run_up_rows import Rows, rows_at
 from measurements.slow_roll import by_channel
 
 TURNED = 0.1  # of the range of speeds: what goes back by less goes on
+STEADY = 1e-6  # of the highest speed: rows that differ by less have one speed
 UP, DOWN, ANY = "up", "down", "any"
 
 
@@ -30,7 +31,7 @@ def legs(speed: Array) -> list[tuple[int, int, int]]:
     [(0, 3, 1), (3, 5, -1)]
     """
     least = TURNED * float(np.ptp(speed))
-    if least == 0:
+    if least <= TURNED * STEADY * float(np.max(speed)):
         return [(0, len(speed), 1)]
     turns, sense, low, high = [0], 0, 0, 0
     senses = []
