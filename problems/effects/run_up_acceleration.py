@@ -34,6 +34,7 @@ from ksmea.errors import SettingError
 from ksmea.measurement.campaign import Campaign, Run
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import ACCELERATION, rate_name
+from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.problem.parameters import Parameter, Prior
 from ksmea.settings.settings import setting
 from ksmea.units import RPM, TURN
@@ -75,7 +76,6 @@ class RunUpAcceleration(RotorEffect):
     )
 
     words = "fast speed sweep"
-    says = "The speed sweeps at {acceleration}, too fast for steady states"
     check_next = "Sweep rate of the run; repeat it slower, or add a coast-down."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both lower a peak; a second run-up at another rate, a coast-down",
@@ -90,6 +90,14 @@ class RunUpAcceleration(RotorEffect):
         if ways:
             return f"runs {' and '.join(ways)}"
         return "whole rotor" if self.direction == "either" else self.direction
+
+    def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        """The rate, of runs that sweep by themselves the rate of each; none if it is known exactly."""
+        in_run = {rate_name(run): f" in run {run.replace('{', '{{').replace('}', '}}')}" for run in self.runs}
+        rates = [f"{{{name}}}{in_run.get(name, '')}" for name in sizes]
+        at = f" at {' and '.join(rates)}," if rates else ""
+        sentence = f"The speed sweeps{at} too fast for steady states"
+        return dataclasses.replace(super().statement(sizes), sentence=sentence)
 
     def check(self) -> None:
         if not len(self.runs) == len(self.rates) == len(self.rate_sds) == len({*map(rate_name, self.runs)}):

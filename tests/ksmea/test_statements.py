@@ -10,6 +10,7 @@ from ksmea.plugins import registry
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.statement import of_unknowns
 from ksmea.show.statements import intervals, sentence
+from problems.effects.run_up_acceleration import RunUpAcceleration
 from problems.effects.runout import Runout
 from problems.effects.unequal_bearings import UnequalBearings
 from problems.three_disk import ThreeDisk
@@ -77,6 +78,15 @@ def test_each_effect_has_a_sentence_with_all_its_places_filled(name, three_disk)
         said = sentence(effect.statement(sizes(*(estimated(*each[:1], 2.0, 0.1, each[1]) for each in unknowns))))
         assert said[0].isupper() and not said.endswith(".")
         assert not set("{}_?") & set(said), said
+
+
+def test_a_sweep_has_the_rate_of_each_run_or_none_that_is_known():
+    effect = RunUpAcceleration(runs=["up", "down{2}"], rates=[60.0, -200.0], rate_sds=[1.0, 2.0])
+    unknowns = [("acceleration_up", 63.5), ("acceleration_down_2", -195.0)]
+    found = effect.statement(sizes(*(estimated(name, value, 0.3, "rpm/s") for name, value in unknowns)))
+    said = "The speed sweeps at 63.5 rpm/s in run up and −195 rpm/s in run down{2}, too fast for steady states"
+    assert sentence(found) == said
+    assert sentence(RunUpAcceleration(rate=60.0).statement({})) == "The speed sweeps too fast for steady states"
 
 
 @pytest.fixture(scope="module")
