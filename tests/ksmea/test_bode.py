@@ -8,7 +8,16 @@ from ksmea import identify, load_problem, synthetic_measurement
 from ksmea.measurement.notation import Notation
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Level, Line, Points, Words
-from ksmea.show.charts.parts.bode import close_pairs, lag_along, nearest_lag, outside, peaks, phase_ticks, resonances
+from ksmea.show.charts.parts.bode import (
+    close_pairs,
+    lag_along,
+    lags_along,
+    nearest_lag,
+    outside,
+    peaks,
+    phase_ticks,
+    resonances,
+)
 from ksmea.show.charts.parts.polar import BEYOND, LABELLED
 from ksmea.show.charts.response_charts import bode_chart, nyquist_chart
 from ksmea.show.charts.responses import ModelCurve, of_fit
@@ -51,6 +60,19 @@ def test_a_measured_lag_stands_in_the_turn_of_the_model():
     measured = curve.values[rows, 1] * np.exp(0.1j)
     lag = nearest_lag(measured, curve.speed[rows], (), curve, 1)
     assert lag == pytest.approx(lag_along(curve, 1)[rows] - np.degrees(0.1), abs=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [1.0, -1.0])
+def test_two_models_that_begin_on_both_sides_of_zero_stand_in_one_turn(degrees):
+    """Alone, the one that begins at −1° begins at 359°; a second run and other speeds change nothing."""
+    once = one_degree(damping=1e-6)
+    values, start = np.tile(once.values, (2, 1)), len(once.speed)
+    late = ModelCurve(np.tile(once.speed, 2), values * np.exp(-1j * np.radians(degrees)), (start,))
+    early = ModelCurve(np.tile(once.speed[::2], 2), np.tile(once.values[::2], (2, 1)), (len(once.speed[::2]),))
+    other = ModelCurve(early.speed, early.values * np.exp(1j * np.radians(degrees)), early.breaks)
+    of_other, of_last = lags_along([other, late], 0)
+    assert of_last == pytest.approx(lag_along(late, 0))
+    assert np.abs(of_other - np.concatenate([of_last[:start:2], of_last[start::2]])).max() < 3
 
 
 def test_runs_are_unwrapped_apart():

@@ -19,7 +19,7 @@ from ksmea.show.charts.parts.bode import (
     TURN,
     around,
     close_pairs,
-    lag_along,
+    lags_along,
     marks,
     nearest_lag,
     phase_ticks,
@@ -144,7 +144,7 @@ def _lags(response: Response, column: int) -> list[Array]:
     if not models:
         return [np.degrees(-np.angle(measured)) % TURN]
     own = nearest_lag(measured, response.speed, response.breaks, models[-1], column)
-    return [own, *(lag_along(curve, column) for curve in models)]
+    return [own, *lags_along(models, column)]
 
 
 def _amplitude(response: Response, column: int) -> Iterator[Element]:
