@@ -150,6 +150,16 @@ def test_loops_are_round_and_speeds_are_named(response):
         assert 3 <= len(speeds) <= LABELLED and all(each.isdigit() for each in speeds)
 
 
+@pytest.mark.parametrize(
+    ("phase", "above", "said"), [("lead", "90°", "lead anticlockwise"), ("lag", "270°", "lag clockwise")]
+)
+def test_a_polar_plot_counts_phases_as_the_data_do(fit, phase, above, said):
+    """Axes lead anticlockwise in any notation; only their labels change."""
+    chart = nyquist_chart(of_fit(fit, notation=Notation(phase=phase)))
+    words = [each for each in chart.panels[0].elements if isinstance(each, Words) and each.text.endswith("°")]
+    assert max(words, key=lambda each: each.y).text.strip() == above and said in chart.caption
+
+
 def test_the_orbit_of_the_largest_misfit_is_seen_first(response):
     seen = orbits(response)
     misfit = np.abs(response.measured - response.at_speeds["fitted"]).max(axis=1)

@@ -17,7 +17,7 @@ from ksmea.show import diagnosis_findings as findings
 from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken, one_panel
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
 from ksmea.show.charts.parts.bode import N_SD, residual_ground
-from ksmea.show.charts.parts.polar import FULL_TURN, REACH, rings, speeds_at, speeds_said, within
+from ksmea.show.charts.parts.polar import FULL_TURN, REACH, phase_in_words, rings, speeds_at, speeds_said, within
 from ksmea.show.charts.responses import Response, of_diagnosis
 from ksmea.show.readings import PLAIN, speed_digits, speed_form, speed_label
 
@@ -101,14 +101,11 @@ def cause_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart | 
 
 
 def polar_chart(record: DiagnosisRecord, response: Response) -> Chart:
-    """The response of the worst channel in the complex plane, with speeds at some points.
-
-    Lead counts anticlockwise.
-    """
+    """The response of the worst channel in the complex plane, with speeds at some points."""
     column, notation = worst_channel(record, response), response.notation
     measured = response.measured[:, column]
     reach = float(np.max(np.abs(measured)))
-    elements = list(rings(reach, is_lag=notation.phase == "lag"))
+    elements = list(rings(reach, notation))
     for model, curve in response.curves.items():
         label, (colour, dash) = _style(record, model)
         values = within(curve.values[:, column], reach)
@@ -119,10 +116,9 @@ def polar_chart(record: DiagnosisRecord, response: Response) -> Chart:
     elements += speeds_at(measured, said)
     name = response.shown_channels[column]
     axis = Axis(low=-REACH * reach, high=REACH * reach, ticks={})
-    turning = "clockwise" if notation.phase == "lag" else "anticlockwise"
     return one_panel(
         elements, axis, axis, f"{name} in the complex plane",
-        f"{notation.unit}; 0° of phase to the right, {notation.phase} {turning}; numbers: speed in {notation.speed}.",
+        f"{notation.unit}; {phase_in_words(notation)}; numbers: speed in {notation.speed}.",
         height=3.7, is_to_scale=True, width=4.6,
     )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """Measured and modelled response over speed (Bode) and in the complex plane (Nyquist).
 
-A stack for each channel. Units and names of channels are those of the response's notation. Phases are lags in any
-notation, as a Bode plot of a rotor has them (API 684), and their labels say so.
+A stack for each channel. Units and names of channels are those of the response's notation. A Bode plot has phase lag in
+any notation, as is usual for rotors (API 684), and its label says so; a polar plot counts phases as the notation does.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ksmea.show.charts.parts.bode import (
     residual_ground,
     resonances,
 )
-from ksmea.show.charts.parts.polar import BEYOND, REACH, rings, speeds_at, speeds_said, within
+from ksmea.show.charts.parts.polar import BEYOND, REACH, phase_in_words, rings, speeds_at, speeds_said, within
 from ksmea.show.charts.responses import ModelCurve, Response
 from ksmea.show.readings import PLAIN, amplitude_label, speed_digits, speed_form, speed_label
 
@@ -192,15 +192,12 @@ def _line(model: str, x: Array, y: Array, said: str | list[str] = "") -> Line:
 
 
 def nyquist_chart(response: Response) -> Chart:
-    """The response in the complex plane, with rings of equal amplitude and speeds at some points.
-
-    0° is to the right, lag clockwise.
-    """
+    """The response in the complex plane, with rings of equal amplitude and speeds at some points."""
     stacks = []
     for column, channel in enumerate(response.shown_channels):
         measured = response.measured[:, column]
         reach = float(np.max(np.abs(measured)))
-        elements = list(rings(reach))
+        elements = list(rings(reach, response.notation))
         for model, curve in response.curves.items():
             values, speed = within(curve.values[:, column], reach), broken(curve.speed, curve.breaks)
             re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
@@ -212,7 +209,7 @@ def nyquist_chart(response: Response) -> Chart:
         stacks.append((Panel(tuple(elements), axis, axis, channel, 3.4, is_to_scale=True),))
     return Chart(
         "Response in the complex plane",
-        f"Polar plot of each channel, {response.notation.unit}; 0° of phase to the right, lag clockwise; dots: measured, lines: {_models(response)}, up to"
+        f"Polar plot of each channel, {response.notation.unit}; {phase_in_words(response.notation)}; dots: measured, lines: {_models(response)}, up to"
         f" {BEYOND:g} times the largest measured amplitude; numbers: speed in {response.notation.speed}.",
         tuple(stacks), _across(stacks), choices=_choices(response), of_stacks="channel",
     )  # fmt: skip

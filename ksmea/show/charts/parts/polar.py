@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.measurement.notation import Notation
+from ksmea.measurement.notation import LAG, Notation
 from ksmea.show.charts.chart import Element, Level, Line, Words
 from ksmea.show.charts.colours import CONTEXT
 from ksmea.show.readings import speed_digits
@@ -20,11 +20,14 @@ REACH = 1.35  # times the largest measured amplitude: where axes end
 FULL_TURN = np.linspace(0, 2 * np.pi, 121)
 
 
-def rings(reach: float, *, is_lag: bool = True) -> Iterator[Element]:
-    """Circles at round radii with their values, and axes with the phase at their ends.
+def phase_in_words(notation: Notation) -> str:
+    """How a polar plot shows phases: '0° of phase to the right, lead anticlockwise'."""
+    turning = "clockwise" if notation.phase == LAG else "anticlockwise"
+    return f"0° of phase to the right, {notation.phase} {turning}"
 
-    0° is to the right, lag clockwise.
-    """
+
+def rings(reach: float, notation: Notation) -> Iterator[Element]:
+    """Circles at round radii with their values, and axes with the phase at their ends, as a notation counts it."""
     raw = reach / N_RING
     power = 10.0 ** np.floor(np.log10(raw))
     step = power * next(each for each in (1, 2, 5, 10) if each * power >= LEAST_STEP * raw)
@@ -34,10 +37,10 @@ def rings(reach: float, *, is_lag: bool = True) -> Iterator[Element]:
     yield Level(at=0.0, dash="solid", width=0.4, colour=CONTEXT)
     yield Level(at=0.0, along="x", dash="solid", width=0.4, colour=CONTEXT)
     end = REACH * reach
-    ends = {0: (end, 0.0), 90: (0.0, -end), 180: (-end, 0.0), 270: (0.0, end)}
-    for angle, (x, y) in ends.items():
-        shown = f" {angle if is_lag else -angle % 360}°"
-        yield Words(x=x, y=y, text=shown, side="left" if angle else "right", edge="top" if angle == 270 else "bottom")
+    ends = {0: (end, 0.0), 90: (0.0, end), 180: (-end, 0.0), 270: (0.0, -end)}
+    for lead, (x, y) in ends.items():
+        shown = f" {notation.angle(lead):.0f}°"
+        yield Words(x=x, y=y, text=shown, side="left" if lead else "right", edge="top" if lead == 90 else "bottom")
 
 
 def within(values: ComplexArray, reach: float) -> ComplexArray:
