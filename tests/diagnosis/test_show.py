@@ -280,7 +280,7 @@ def test_averaged_values_stand_beside_those_of_the_best_explanation():
     record = ambiguous()
     said = text(record)
     assert "Averaged over all that explain the data about as well, by model weight: runout 0.70, mass 0.30." in said
-    assert re.search(r"unknown +before +after +averaged +unit", said)
+    assert re.search(r"unknown +as given +with the cause +averaged +unit", said)
     table = coefficients_frame(record).set_index("unknown")
     assert table.loc["kxx", "averaged"] == table.loc["kxx", "after"] and pd.isna(table.loc["kxx", "averaged_low"])
     assert table.loc["kxx", "averaged_high"] == 2 * table.loc["kxx", "after"] and pd.isna(

@@ -18,17 +18,14 @@ from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, W
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
 from ksmea.show.charts.parts.bode import N_SD, residual_ground
 from ksmea.show.charts.parts.polar import FULL_TURN, REACH, phase_in_words, rings, speeds_at, speeds_said, within
-from ksmea.show.charts.responses import Response, of_diagnosis
+from ksmea.show.charts.responses import ACCEPTED, AS_GIVEN, WITH_CAUSE, Response, of_diagnosis
 from ksmea.show.readings import PLAIN, speed_digits, speed_form, speed_label
 
 ROOM_FOR_WORDS = 1.4  # times the largest residual
 LEAST_SIGMA = 3.0  # that the axis of residuals shows to both sides
 MOST_OTHERS = 8  # causes that the picture of noise shows
 ROW = 0.32  # inches of each
-GIVEN, WITH_CAUSE = "as given", "with the cause"
-NAMES = {"model before": GIVEN, "model after": WITH_CAUSE}
-STYLES = {GIVEN: (BEFORE, "dash"), WITH_CAUSE: (AFTER, "solid")}
-ACCEPTED = {"model before": ("model", (MODEL, "solid"))}  # of a model as given that is not rejected
+STYLES = {AS_GIVEN: (BEFORE, "dash"), WITH_CAUSE: (AFTER, "solid"), ACCEPTED: (MODEL, "solid")}
 SYMBOLS = ("circle", "x")
 
 
@@ -50,9 +47,9 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     x = Axis(speed_label(notation), group="speed")
     elements: list[Element] = []
     for model, curve in response.curves.items():
-        label, (colour, dash) = _style(record, model)
+        colour, dash = STYLES[model]
         amplitude = broken(np.abs(curve.values[:, column]), curve.breaks)
-        elements.append(Line(broken(curve.speed, curve.breaks), amplitude, dash, 1.4, name=label, colour=colour))
+        elements.append(Line(broken(curve.speed, curve.breaks), amplitude, dash, 1.4, name=model, colour=colour))
     measured = np.abs(response.measured[:, column])
     elements.append(Points(response.speed, measured, size=3.5, name="measured", colour=MEASURED))
     name = response.shown_channels[column]
@@ -61,9 +58,8 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     if accepted:
         parts = response.residuals[accepted]
         panels.append(_residuals({part: left[:, column] for part, left in parts.items()}, response, x))
-    of = _style(record, accepted)[0] if accepted else ""
     left = (
-        f"; below: residuals of the model{'' if of == 'model' else f' {of}'} in σ of the noise, ± {N_SD:g} shaded"
+        f"; below: residuals of the model{'' if accepted == ACCEPTED else f' {accepted}'} in σ of the noise, ± {N_SD:g} shaded"
         if accepted
         else ""
     )
@@ -71,13 +67,6 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     if record.is_rejected:
         title = f"Largest misfit of the model as given: {findings.where(record.lack_of_fit.before, notation)}"
     return Chart(title, f"Dots: measured{left}.", (tuple(panels),), width=6.5)
-
-
-def _style(record: DiagnosisRecord, model: str) -> tuple[str, tuple[str, str]]:
-    """Name, colour and dash of a model's curve: one that is not rejected looks like any accepted model."""
-    if not record.is_rejected and model in ACCEPTED:
-        return ACCEPTED[model]
-    return NAMES[model], STYLES[NAMES[model]]
 
 
 def _residuals(parts: dict[str, Array], response: Response, x: Axis) -> Panel:
@@ -107,10 +96,10 @@ def polar_chart(record: DiagnosisRecord, response: Response) -> Chart:
     reach = float(np.max(np.abs(measured)))
     elements = list(rings(reach, notation))
     for model, curve in response.curves.items():
-        label, (colour, dash) = _style(record, model)
+        colour, dash = STYLES[model]
         values = within(curve.values[:, column], reach)
         re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
-        elements.append(Line(re, im, dash, 1.4, name=label, colour=colour))
+        elements.append(Line(re, im, dash, 1.4, name=model, colour=colour))
     said = speeds_said(response.speed, notation)
     elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
     elements += speeds_at(measured, said)
@@ -130,7 +119,7 @@ def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
     """
     notation = response.notation
     found: tuple[float, str, int] | None = None
-    given = response.at_speeds["model before"]
+    given = response.at_speeds[AS_GIVEN]
     for place, (columns, to_xy) in response.planes().items():
         misfit = np.linalg.norm((response.measured - given)[:, list(columns)] @ to_xy.T, axis=1)
         at = int(np.argmax(misfit))
@@ -139,7 +128,7 @@ def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
     _, place, at = found
     columns, to_xy = response.planes()[place]
     elements: list[Element] = []
-    for name, values in {"measured": response.measured, **{NAMES[m]: v for m, v in response.at_speeds.items()}}.items():
+    for name, values in {"measured": response.measured, **response.at_speeds}.items():
         x, y = _orbit(to_xy @ values[at, list(columns)] / DETECTIONS[notation.detection])
         colour, dash = STYLES.get(name, (MEASURED, "dot"))
         width = 2.4 if name == "measured" else 1.4

@@ -27,14 +27,14 @@ from ksmea.show.charts.parts.bode import (
     resonances,
 )
 from ksmea.show.charts.parts.polar import BEYOND, REACH, phase_in_words, rings, speeds_at, speeds_said, within
-from ksmea.show.charts.responses import ModelCurve, Response
+from ksmea.show.charts.responses import AS_GIVEN, WITH_CAUSE, ModelCurve, Response
 from ksmea.show.readings import PLAIN, amplitude_label, speed_digits, speed_form, speed_label
 
 AMPLITUDE, PHASE, SPEED = amplitude_label(PLAIN), "phase lag (°)", speed_label(PLAIN)
 MOST_ERROR_BARS = 400  # points; more are drawn without
 ACROSS, MAX_CHANNELS = 3, 9  # of a picture; pages and records have all
-COLOURS = {"model before": BEFORE, "model after": AFTER}  # of models; of any other: MODEL
-DASHES = {"model before": "dash"}  # of lines; all others are solid
+COLOURS = {AS_GIVEN: BEFORE, WITH_CAUSE: AFTER}  # of models; of any other: MODEL
+DASHES = {AS_GIVEN: "dash"}  # of lines; all others are solid
 SYMBOLS, MARKS = ("circle", "x"), ("●", "×")  # of the parts of residuals, and as a caption shows them
 MOST_ZOOMED = 3  # channels that have a column for a close pair
 LEAST_SIGMA, ROOM_FOR_WORDS = 3.0, 1.4  # that the axis of residuals shows at least, and times the largest residual
@@ -117,7 +117,7 @@ def _panels(
             )
             for (part, left), symbol in zip(own.items(), SYMBOLS)
         ]  # fmt: skip
-        of_model = f"\n{name.removeprefix('model ')}" if len(response.residuals) > 1 else ""
+        of_model = f"\n{name}" if len(response.residuals) > 1 else ""
         y = Axis(f"residual / σ{of_model}", low=-most, high=most, group=name)
         yield Panel((*(ground if pair is None else ground[:-1]), *points), x, y, height=1.4)
 
@@ -228,9 +228,9 @@ def _has_bars(response: Response) -> bool:
 
 def _models(response: Response) -> str:
     """The models in words, and where there are several how their lines look."""
-    if len(response.curves) == 1:
-        return next(iter(response.curves))
-    return " and ".join(f"{name} ({'dashed' if name in DASHES else 'solid'})" for name in response.curves)
+    names = [f"{name} ({'dashed' if name in DASHES else 'solid'})" for name in response.curves]
+    said = " and ".join(names if len(names) > 1 else response.curves)
+    return f"model {said}" if any(name in COLOURS for name in response.curves) else said
 
 
 def _choices(response: Response) -> tuple[Choice, ...]:
