@@ -26,6 +26,7 @@ LEAST_SIGMA = 3.0  # that the axis of residuals shows to both sides
 MOST_OTHERS = 8  # causes that the picture of noise shows
 ROW = 0.32  # inches of each
 STYLES = {AS_GIVEN: (BEFORE, "dash"), WITH_CAUSE: (AFTER, "solid"), ACCEPTED: (MODEL, "solid")}
+ORBIT_ROOM = 1.15  # times the farthest point of an orbit: where axes end
 SYMBOLS = ("circle", "x")
 
 
@@ -113,7 +114,7 @@ def polar_chart(record: DiagnosisRecord, response: Response) -> Chart:
 
 
 def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
-    """The orbit of the plane with the largest misfit of the model as given, at the speed of that misfit.
+    """The orbit of the plane in which the model as given differs most from the data, at the speed of that difference.
 
     Displacements have no detection: a vibration of 2 mil pp moves the shaft from −1 to 1 mil.
     """
@@ -128,17 +129,19 @@ def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
     _, place, at = found
     columns, to_xy = response.planes()[place]
     elements: list[Element] = []
+    reach = 0.0
     for name, values in {"measured": response.measured, **response.at_speeds}.items():
         x, y = _orbit(to_xy @ values[at, list(columns)] / DETECTIONS[notation.detection])
+        reach = max(reach, ORBIT_ROOM * float(np.max(np.abs([x, y]))))
         colour, dash = STYLES.get(name, (MEASURED, "dot"))
         width = 2.4 if name == "measured" else 1.4
         elements.append(Line(x, y, dash, width, name=name, colour=colour))
         elements.append(Points([x[0]], [y[0]], size=5.0, colour=colour, said="phase mark"))
     speed = f"{speed_digits(float(response.speed[at]), notation)} {notation.speed}"
     return one_panel(
-        elements, Axis(f"x, {notation.amplitude}"), Axis(f"y, {notation.amplitude}"),
+        elements, Axis(f"x, {notation.amplitude}", low=-reach, high=reach), Axis(f"y, {notation.amplitude}", low=-reach, high=reach),
         f"Orbit at {response.plane_name(place)}, {speed}",
-        "Path of the shaft at the speed of the largest misfit; dots: at the phase mark.", height=3.7, is_to_scale=True, width=4.6,
+        f"Path of the shaft at the largest difference in {notation.amplitude}, model as given; dots: at the phase mark.", height=3.7, is_to_scale=True, width=4.6,
     )  # fmt: skip
 
 
