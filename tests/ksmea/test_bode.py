@@ -18,7 +18,7 @@ from ksmea.show.charts.parts.bode import (
     phase_ticks,
     resonances,
 )
-from ksmea.show.charts.parts.polar import BEYOND, LABELLED
+from ksmea.show.charts.parts.polar import AWAY, BEYOND, HEIGHT, LABELLED, labelled, rings, speeds_at
 from ksmea.show.charts.response_charts import bode_chart, nyquist_chart
 from ksmea.show.charts.responses import ModelCurve, of_fit
 
@@ -148,6 +148,24 @@ def test_loops_are_round_and_speeds_are_named(response):
         assert np.nanmax(turns) < 10
         speeds = [each.text for each in panel.elements if isinstance(each, Words) and each.has_ground]
         assert 3 <= len(speeds) <= LABELLED and all(each.isdigit() for each in speeds)
+
+
+def test_numbers_of_a_polar_plot_do_not_hide_each_other():
+    """The first speed, the largest amplitude and the last speed have one each; a cluster at the origin has one in all."""
+    curve = one_degree(damping=0.05, n=101)
+    response = curve.values[:, 0]
+    chosen = labelled(response)
+    assert {0, 50, 100} <= set(chosen)
+    places = response[chosen] * (1 + AWAY * np.abs(response).max() / np.abs(response[chosen]))
+    apart = np.abs(np.subtract.outer(places, places)[np.triu_indices(len(chosen), 1)]) / np.abs(response).max()
+    assert np.all(apart > HEIGHT)
+    assert labelled(np.append(1e-3 * np.exp(1j * np.arange(20)), 1.0)) == [0, 20]
+    words = list(speeds_at(response, [str(each) for each in range(101)]))
+    alone, beside = (
+        [each for each in rings(abs(response[50]), Notation(), shown) if isinstance(each, Words)]
+        for shown in ([], words)
+    )
+    assert {each.text for each in alone} > {each.text for each in beside}  # the first ring's number is hidden
 
 
 @pytest.mark.parametrize(

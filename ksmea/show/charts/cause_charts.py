@@ -18,11 +18,10 @@ from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, W
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
 from ksmea.show.charts.parts.bode import N_SD, residual_ground
 from ksmea.show.charts.parts.polar import FULL_TURN, REACH, phase_in_words, rings, speeds_at, speeds_said, within
+from ksmea.show.charts.response_charts import LEAST_SIGMA, ROOM
 from ksmea.show.charts.responses import ACCEPTED, AS_GIVEN, WITH_CAUSE, Response, of_diagnosis
 from ksmea.show.readings import PLAIN, speed_digits, speed_form, speed_label
 
-ROOM_FOR_WORDS = 1.4  # times the largest residual
-LEAST_SIGMA = 3.0  # that the axis of residuals shows to both sides
 MOST_OTHERS = 8  # causes that the picture of noise shows
 ROW = 0.32  # inches of each
 STYLES = {AS_GIVEN: (BEFORE, "dash"), WITH_CAUSE: (AFTER, "solid"), ACCEPTED: (MODEL, "solid")}
@@ -71,7 +70,7 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
 
 
 def _residuals(parts: dict[str, Array], response: Response, x: Axis) -> Panel:
-    most = max(LEAST_SIGMA, *(float(np.max(np.abs(left))) for left in parts.values())) * ROOM_FOR_WORDS
+    most = max(LEAST_SIGMA, *(float(np.max(np.abs(left))) for left in parts.values())) * ROOM
     elements: list[Element] = list(residual_ground(parts, most, float(np.max(response.speed))))
     for (part, left), symbol in zip(parts.items(), SYMBOLS):
         said = f"{{x:{speed_form(response.notation)}}}: {{y:.2f}} σ ({part})"
@@ -95,15 +94,16 @@ def polar_chart(record: DiagnosisRecord, response: Response) -> Chart:
     column, notation = worst_channel(record, response), response.notation
     measured = response.measured[:, column]
     reach = float(np.max(np.abs(measured)))
-    elements = list(rings(reach, notation))
+    said = speeds_said(response.speed, notation)
+    speeds = list(speeds_at(measured, said))
+    elements = list(rings(reach, notation, speeds))
     for model, curve in response.curves.items():
         colour, dash = STYLES[model]
         values = within(curve.values[:, column], reach)
         re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
         elements.append(Line(re, im, dash, 1.4, name=model, colour=colour))
-    said = speeds_said(response.speed, notation)
     elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
-    elements += speeds_at(measured, said)
+    elements += speeds
     name = response.shown_channels[column]
     axis = Axis(low=-REACH * reach, high=REACH * reach, ticks={})
     return one_panel(

@@ -37,7 +37,7 @@ COLOURS = {AS_GIVEN: BEFORE, WITH_CAUSE: AFTER}  # of models; of any other: MODE
 DASHES = {AS_GIVEN: "dash"}  # of lines; all others are solid
 SYMBOLS, MARKS = ("circle", "x"), ("●", "×")  # of the parts of residuals, and as a caption shows them
 MOST_ZOOMED = 3  # channels that have a column for a close pair
-LEAST_SIGMA, ROOM_FOR_WORDS = 3.0, 1.4  # that the axis of residuals shows at least, and times the largest residual
+LEAST_SIGMA, ROOM = 3.0, 1.1  # that the axis of residuals shows at least, and times the largest residual
 PHASE_ROOM = 0.5  # of the range of phases, above them
 
 
@@ -107,7 +107,7 @@ def _panels(
         elements, x, Axis(amplitude_label(notation), "log", group="amplitude"), "" if response.has_phase else title, 2.6
     )
     for name, parts in response.residuals.items():
-        most = max(LEAST_SIGMA, *(float(np.nanmax(np.abs(left))) for left in parts.values())) * ROOM_FOR_WORDS
+        most = max(LEAST_SIGMA, *(float(np.nanmax(np.abs(left))) for left in parts.values())) * ROOM
         own = {part: left[:, column] for part, left in parts.items()}
         ground = list(residual_ground(own, most, float(np.max(response.speed))))
         points = [
@@ -197,14 +197,15 @@ def nyquist_chart(response: Response) -> Chart:
     for column, channel in enumerate(response.shown_channels):
         measured = response.measured[:, column]
         reach = float(np.max(np.abs(measured)))
-        elements = list(rings(reach, response.notation))
+        said = speeds_said(response.speed, response.notation)
+        speeds = list(speeds_at(measured, said))
+        elements = list(rings(reach, response.notation, speeds))
         for model, curve in response.curves.items():
             values, speed = within(curve.values[:, column], reach), broken(curve.speed, curve.breaks)
             re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
             elements.append(_line(model, re, im, speeds_said(speed, response.notation)))
-        said = speeds_said(response.speed, response.notation)
         elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
-        elements += speeds_at(measured, said)
+        elements += speeds
         axis = Axis(low=-REACH * reach, high=REACH * reach, ticks={})
         stacks.append((Panel(tuple(elements), axis, axis, channel, 3.4, is_to_scale=True),))
     return Chart(

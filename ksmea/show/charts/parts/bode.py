@@ -144,7 +144,7 @@ def outside(parts: Mapping[str, Array]) -> str:
 
 
 def residual_ground(parts: Mapping[str, Array], most: float, right: float) -> Iterator[Element]:
-    """The band of ± 2 σ, and how many residuals lie outside of it, at the upper right."""
+    """The band of ± 2 σ, and above the panel how many residuals lie outside of it."""
     yield Span(low=-N_SD, high=N_SD)
     yield Level(at=0.0, dash="solid", width=0.6)
-    yield Words(x=right, y=most, text=outside(parts), side="right", edge="top", has_ground=True)
+    yield Words(x=right, y=most, text=outside(parts), side="right", edge="bottom", offset=(0.0, 1.0))
