@@ -97,7 +97,7 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
 
 
 def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[tuple[str, str]]:
-    """How sure the finding is: at most four numbers, each with what it says."""
+    """How sure the finding is: at most four numbers, each with its meaning and whether that is good."""
     statement = record.applied[0].statement if record.is_explained and record.applied else None
     if statement is not None and (ends := statements.intervals(statement, notation)):
         has_angle = any(
@@ -110,19 +110,23 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
         )
         if least is not None:
             count = len({trial.effect for trial in record.ranking}) - len(record.ambiguity_group)
-            yield f"{_times(least.multiple)} noise", f"is needed by the next of {count} other causes, {least.words}"
+            verdict = "not ruled out" if least.is_near else "ruled out"
+            which = f"the next of {count} other causes" if count > 1 else "the only other cause"
+            needed = f"the noise would be needed if it were {least.words}, {which}: {verdict}"
+            yield _times(least.multiple), needed
     if (gain := record.predictive_gain) is not None and record.is_explained:
-        yield f"{gain.n_better} of {len(gain.by_block)}", "left-out blocks of speeds are predicted better with it"
+        verdict = "confirmed" if gain.is_supported else "not confirmed"
+        blocks = f"blocks of speeds that were left out of the fit are predicted better with it: {verdict}"
+        yield f"{gain.n_better} of {len(gain.by_block)}", blocks
     if record.verdict in (ADEQUATE, UNSEEN) and (seen := list(record.min_detectable.values())):
         shown = sum(any(part.observable for part in parts) for parts in seen)
         yield f"{shown} of {len(seen)}", "kinds of faults would have shown in these data"
     quality = record.lack_of_fit.after if record.is_explained else record.lack_of_fit.before
     if quality is not None:
         level = record.noise.after if record.is_explained and record.noise.after is not None else record.noise.before
-        yield (
-            chance(quality),
-            f"lack-of-fit test; noise {_noise(level, notation)}{'' if record.noise.known else ', estimated'}",
-        )
+        fit = "good" if quality.p >= record.lack_of_fit.level else "poor"
+        noise = f"noise {_noise(level, notation)}{'' if record.noise.known else ', estimated'}"
+        yield chance(quality), f"the fit is {fit}: rejected below {record.lack_of_fit.level:g}; {noise}"
 
 
 def checks(record: DiagnosisRecord) -> list[str]:

@@ -50,7 +50,13 @@ def test_the_title_of_each_verdict_is_a_sentence_without_code_words():
 
 def test_certainty_has_at_most_four_numbers():
     said = dict(findings.certainty(NAMED))
-    assert list(said) == ["± 0.09 µm 0-peak, ± 0.4°", "× 57 noise", "6 of 6", "p = 0.99"]
+    assert list(said) == ["± 0.09 µm 0-peak, ± 0.4°", "× 57", "6 of 6", "p = 0.99"]
+    assert said["× 57"] == "the noise would be needed if it were mass, the only other cause: ruled out"
+    assert said["6 of 6"].endswith(": confirmed") and said["p = 0.99"].startswith(
+        "the fit is good: rejected below 0.005;"
+    )
+    rejected = changed(verdict="unknown")
+    assert next(findings.certainty(rejected))[1].startswith("the fit is poor: rejected below 0.005;")
     for verdict in ("adequate", "unknown", "not observable"):
         assert len(list(findings.certainty(changed(verdict=verdict)))) <= 4
 
