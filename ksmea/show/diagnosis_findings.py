@@ -124,9 +124,9 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
     quality = record.lack_of_fit.after if record.is_explained else record.lack_of_fit.before
     if quality is not None:
         level = record.noise.after if record.is_explained and record.noise.after is not None else record.noise.before
-        fit = "good" if quality.p >= record.lack_of_fit.level else "poor"
+        fit = "the fit is good, as only" if quality.p >= record.lack_of_fit.level else "the fit is poor, as"
         noise = f"noise {_noise(level, notation)}{'' if record.noise.known else ', estimated'}"
-        yield chance(quality), f"the fit is {fit}: rejected below {record.lack_of_fit.level:g}; {noise}"
+        yield chance(quality), f"{fit} p below {record.lack_of_fit.level:g} rejects it; {noise}"
 
 
 def checks(record: DiagnosisRecord) -> list[str]:

@@ -53,10 +53,10 @@ def test_certainty_has_at_most_four_numbers():
     assert list(said) == ["± 0.09 µm 0-peak, ± 0.4°", "× 57", "6 of 6", "p = 0.99"]
     assert said["× 57"] == "the noise would be needed if it were mass, the only other cause: ruled out"
     assert said["6 of 6"].endswith(": confirmed") and said["p = 0.99"].startswith(
-        "the fit is good: rejected below 0.005;"
+        "the fit is good, as only p below 0.005 rejects it;"
     )
     rejected = changed(verdict="unknown")
-    assert next(findings.certainty(rejected))[1].startswith("the fit is poor: rejected below 0.005;")
+    assert next(findings.certainty(rejected))[1].startswith("the fit is poor, as p below 0.005 rejects it;")
     for verdict in ("adequate", "unknown", "not observable"):
         assert len(list(findings.certainty(changed(verdict=verdict)))) <= 4
 
