@@ -71,7 +71,8 @@ class Effect(Settings, Generic[Seen]):
     # (`ksmea.records.statement`), such as "The shaft is {youngs_modulus_change:stiffer|softer} than in the model".
     # Default: `words`, location and sizes.
     says: ClassVar[str] = ""
-    # What to check on the machine if it is named, a sentence. Default: empty.
+    # A check on the machine if it is named, and the finding that would confirm it: one imperative sentence, at most 20 words.
+    # Default: empty.
     check_next: ClassVar[str] = ""
     # The picture that shows it best: a response with speeds in the complex plane, or orbits. Default: polar.
     picture: ClassVar[str] = POLAR

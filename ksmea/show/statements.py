@@ -110,7 +110,7 @@ def _filled(statement: StatementRecord, name: str, form: str, notation: Notation
 
 
 def _known_end(size: SizeRecord) -> tuple[str, float]:
-    """'at most ' or 'at least ' with the known end of an interval that is open on one side; otherwise the value.
+    """'at most ' or 'at least ' with the only known end of an interval; otherwise the value.
 
     An end of the other sign bounds nothing that the value's sign, or its word, speaks of.
     """

@@ -39,7 +39,9 @@ class ProbeRotation(PlacedEffect):
     is_scanned: ClassVar[bool] = False
     words = "probe angle"
     says = "{place:probes} are turned by {probe_rotation:from x towards y|from y towards x}"
-    check_next = "Mounting angle of these probes, and the order of the two cables."
+    check_next = (
+        "Measure the mounting angle of these probes, and check the order of their cables: this angle confirms it."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_symmetric": "both turn the ellipse; survey the angles of the probes",
     }

@@ -43,7 +43,7 @@ class UnequalBearings(RotorEffect):
     changes: str = setting(STIFFNESS, "which of its coefficients differ", choices=tuple(CHANGES))
 
     picture = ORBIT
-    check_next = "Clearance and static load of both bearings."
+    check_next = "Measure clearance and static load of both bearings: a difference confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
         "bearing_position": "both change the share of each bearing; measure the width over which it carries",

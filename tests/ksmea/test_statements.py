@@ -1,5 +1,6 @@
 """Statements of effects: a sentence with size, angle and place in the reader's own notation."""
 
+import re
 from importlib.metadata import entry_points
 
 import numpy as np
@@ -105,6 +106,15 @@ def test_each_effect_has_a_sentence_with_all_its_places_filled(name, three_disk)
         said = sentence(effect.statement(sizes(*(estimated(*each[:1], 2.0, 0.1, each[1]) for each in unknowns))))
         assert said[0].isupper() and not said.endswith(".")
         assert not set("{}_?") & set(said), said
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_effect_says_in_a_sentence_what_to_do_and_what_confirms_it(name):
+    said = registry.plugin_class("effect", name).check_next
+    if name == "local_force":  # what it is says nothing of its cause
+        return
+    assert len(said.split()) <= 20 and said.endswith(".") and said.count(". ") == 0
+    assert re.search(r"\bconfirms?\b", said)
 
 
 @pytest.fixture(scope="module")

@@ -114,7 +114,7 @@ def polar_chart(record: DiagnosisRecord, response: Response) -> Chart:
 
 
 def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
-    """The orbit of the plane in which the model as given differs most from the data, at the speed of that difference.
+    """The orbit of the plane, and at the speed, at which the model as given differs most from the data.
 
     Displacements have no detection: a vibration of 2 mil pp moves the shaft from −1 to 1 mil.
     """

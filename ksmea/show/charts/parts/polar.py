@@ -29,7 +29,7 @@ def phase_in_words(notation: Notation) -> str:
 
 
 def rings(reach: float, notation: Notation, speeds: Sequence[Words] = ()) -> Iterator[Element]:
-    """Circles at round radii with their values, and axes with the phase at their ends, as a notation counts it.
+    """Circles at round radii with their values, and axes with the phase of a notation at their ends.
 
     The values stand on the diagonal where the fewest meet the names of `speeds`, which hide them.
     """
