@@ -35,6 +35,7 @@ EVERYWHERE = (UNSAID, "all bearings")  # locations that the name of a cause impl
 WHOLE = 3.0  # of a half-width: a number has no decimals
 ALIKE = 2.0  # factor within which relative half-widths are said together
 TIMES, UP_TO = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
+AGREES = "the machine itself agrees with the model."
 MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
 
 
@@ -69,10 +70,10 @@ def title(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
 
 
 def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
-    """Meaning of the title for the model, in one or two sentences."""
+    """Meaning of the title for the model and the machine, in a few sentences."""
     test = record.lack_of_fit
     if record.verdict == MISREAD:
-        return f"{capital(record.reading)}. Read so, the residuals are consistent with noise ({chance(test.before)}). The values below are of data read so."
+        return f"{capital(record.reading)}. Read so, the residuals are consistent with noise ({chance(test.before)}). The values below are of data read so: {AGREES}"
     if record.verdict in (ADEQUATE, UNSEEN):
         return f"The residuals are consistent with noise ({chance(test.before)}). The values below hold."
     rejected = f"The model as given does not fit: its residuals are not noise ({chance(test.before)})"
@@ -93,7 +94,17 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     doubt = ""
     if record.predictive_gain is not None and not record.predictive_gain.is_supported:
         doubt = " Speeds that were left out do not confirm it: another run would."
-    return f"{rejected}.{with_cause}{doubt}"
+    return f"{rejected}.{with_cause}{doubt}{_of_measurement(record)}"
+
+
+def _of_measurement(record: DiagnosisRecord) -> str:
+    """A sentence if every cause that is named or may be is an error of the measurement; '' otherwise."""
+    effects = [effect for each in record.explanations for effect in each.effects]
+    stated = [effect.statement for effect in (effects if record.verdict == AMBIGUOUS else record.applied)]
+    if not stated or not all(each is not None and each.is_of_measurement for each in stated):
+        return ""
+    subject = "Either" if record.verdict == AMBIGUOUS else "This" if len(stated) == 1 else "Each"
+    return f" {subject} is an error of the measurement: {AGREES}"
 
 
 def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[tuple[str, str]]:

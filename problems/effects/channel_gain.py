@@ -38,6 +38,7 @@ class ChannelGain(PlacedEffect):
 
     is_scanned: ClassVar[bool] = False
     says = "The reading of {place:probes} is {channel_gain:too high|too low}"
+    is_of_measurement = True
     check_next = (
         "Calibrate probe, cable and monitor of this channel: a scale factor that is off by this much confirms it."
     )

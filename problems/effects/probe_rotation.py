@@ -39,6 +39,7 @@ class ProbeRotation(PlacedEffect):
     is_scanned: ClassVar[bool] = False
     words = "probe angle"
     says = "{place:probes} are turned by {probe_rotation:from x towards y|from y towards x}"
+    is_of_measurement = True
     check_next = (
         "Measure the mounting angle of these probes, and check the order of their cables: this angle confirms it."
     )

@@ -76,6 +76,7 @@ class RunUpAcceleration(RotorEffect):
 
     words = "fast speed sweep"
     says = "The speed sweeps at {acceleration}, too fast for steady states"
+    is_of_measurement = True
     check_next = "Repeat the run at a slower sweep rate, or record a coast-down: peaks that move confirm it."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both lower a peak; a second run-up at another rate, a coast-down",

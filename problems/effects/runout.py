@@ -55,6 +55,7 @@ class Runout(PlacedEffect):
 
     adds_readings: ClassVar[bool] = True
     says = "Runout of {runout:reading}, seen by {place:probes}"
+    is_of_measurement = True
     check_next = "Record a slow-roll vector of these probes: this length and angle confirm it."
     aliases: ClassVar[Mapping[str, str]] = {
         "residual_bow": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",

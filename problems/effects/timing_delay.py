@@ -40,6 +40,7 @@ class TimingDelay(PlacedEffect):
 
     is_scanned: ClassVar[bool] = False
     says = "The reading of {place:probes} comes {timing_delay:late|early}"
+    is_of_measurement = True
     check_next = (
         "Feed one signal into all channels: a delay of this size confirms it; then check filters and phase mark."
     )

@@ -117,6 +117,12 @@ def test_each_effect_says_in_a_sentence_what_to_do_and_what_confirms_it(name):
     assert re.search(r"\bconfirms?\b", said)
 
 
+def test_errors_of_the_measurement_are_those_of_probes_their_signals_and_the_run():
+    found = {name for name in NAMES if registry.plugin_class("effect", name).is_of_measurement}
+    of_probes = {"channel_gain", "probe_position", "probe_rotation", "runout", "timing_delay"}
+    assert found == of_probes | {"run_up_acceleration"}
+
+
 @pytest.fixture(scope="module")
 def three_disk():
     return ThreeDisk().build()
