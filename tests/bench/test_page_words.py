@@ -72,8 +72,18 @@ def test_a_value_beyond_the_edge_is_an_arrow_there():
     assert edge == pytest.approx(115) and before.x == pytest.approx([10])
     assert arrow.symbol == "triangle right" and 0.9 * edge < arrow.x[0] < edge
     assert arrow.said == ["far: 30.0 [29.0, 31.0] N"] and arrow.y[0] < 0.5  # in the row of its unknown
-    assert drawn.caption == "Intervals. Arrows: beyond that edge, as the table says."
+    assert drawn.caption == "Intervals. Arrows: beyond that edge or open, as the table says."
     assert "Arrows" not in intervals_chart({"near": near}, {}, "Intervals.").caption
+
+
+def test_an_end_beyond_the_edge_or_open_is_an_arrow_there():
+    """One unknown that is hardly known sets no scale for four that are: ± 1 % against ± 900 %; an open end is beyond any."""
+    known = {name: {"after": Shown(10, 9.9, 10.1, "N")} for name in ("kxx", "kyy", "u", "cxx")}
+    loose = {"cyy": {"after": Shown(1, -8, 10, "N")}, "czz": {"after": Shown(1, 0.99, np.nan, "N")}}
+    drawn = intervals_chart(known | loose, {}, "Intervals.")
+    assert drawn.panels[0].x.high == pytest.approx(1.15 * 10 * 1)
+    arrows = [(each.y[0], each.symbol) for each in points_of(drawn)[1:]]
+    assert arrows == [(4, "triangle left"), (4, "triangle right"), (5, "triangle right")]
 
 
 def test_a_caption_tells_the_marks_of_residuals_apart():
