@@ -71,8 +71,8 @@ class Effect(Settings, Generic[Seen]):
     # (`ksmea.records.statement`), such as "The shaft is {youngs_modulus_change:stiffer|softer} than in the model".
     # Default: `words`, location and sizes.
     says: ClassVar[str] = ""
-    # A check on the machine if it is named, and the finding that would confirm it: one imperative sentence, at most 20 words.
-    # Default: empty.
+    # A check on the machine if it is named, and the finding that would confirm it: one imperative sentence of at most
+    # 20 words. Default: empty.
     check_next: ClassVar[str] = ""
     # Whether it is an error of the measurement, such as a probe's angle, which leaves the machine as the model has it.
     # Default: False.

@@ -64,7 +64,7 @@ def test_a_name_that_left_out_data_do_not_confirm_says_what_both_mean_and_what_t
     assert f"{line}\n" in said and "left out do not confirm it" in meaning(doubtful)
     assert f"fitted to all of them, the model needs runout ({applied.location})." in said
     assert "Measure a further run and diagnose all together (measurement=campaign)" in said
-    assert "confirm" not in text(RECORD) and "further run" not in text(RECORD)
+    assert "not confirm" not in text(RECORD) and "further run" not in text(RECORD)
     unknown = dataclasses.replace(doubtful, verdict="unknown")  # believes no effect: there is nothing to confirm
     assert "confirm" not in text(unknown) and "further run" not in text(unknown)
     both = dataclasses.replace(ambiguous(), predictive_gain=doubtful.predictive_gain)

@@ -43,5 +43,5 @@ def location_blocks(record: LocationRecord, file: str = "", about_others: Sequen
         for each in record.coefficients
     }
     if record.force is not None and unknowns:
-        said = "Unknowns without what acts there, and beside it: values at the best site, intervals over all accepted sites."
+        said = "Unknowns without what acts there, and beside it: values at the best site, intervals over all sites."
         yield Drawn(intervals_chart(unknowns, {}, " ".join([said, *about_others])))

@@ -13,7 +13,8 @@ WIDE_LIST = ";  "  # parts of a sentence, set apart by blanks
 LONG = 40  # characters
 GAP = 2  # blanks between columns (`ksmea.show.text.aligned`)
 COLUMNS = re.compile(rf"\S {{{GAP},}}\S")
-CHANCE, TOGETHER = re.compile(r"\bp (?:[=≤]|&lt;) (?=\d)"), re.compile(r"[±×] (?=\d)|(?<=\d) %")  # words of one line
+CHANCE = re.compile(r"\bp (?:[=≤]|&lt;) (?=\d)")  # in one line, as the next
+TOGETHER = re.compile(r"[±×] (?=\d)|(?<=\d) %")
 NUMBER = re.compile(r"[-+−±~<>≤≥× ]*[\d.]+[⁰¹²³⁴-⁹]*([eE][-+]?\d+)?[ %]*|[-–∞?]|[-+−]?∞|nan|not known|never")
 
 

@@ -141,7 +141,8 @@ def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
     return one_panel(
         elements, Axis(f"x, {notation.amplitude}", low=-reach, high=reach), Axis(f"y, {notation.amplitude}", low=-reach, high=reach),
         f"Orbit at {response.plane_name(place)}, {speed}",
-        f"Path of the shaft at the largest difference in {notation.amplitude}, model as given; dots: at the phase mark.", height=3.7, is_to_scale=True, width=4.6,
+        f"Path of the shaft at the largest difference in {notation.amplitude}, model as given; dots: at the phase mark.",
+        height=3.7, is_to_scale=True, width=4.6,
     )  # fmt: skip
 
 

@@ -36,7 +36,7 @@ def lag_along(curve: ModelCurve, column: int) -> Array:
 def lags_along(curves: Sequence[ModelCurve], column: int) -> list[Array]:
     """Phase lags (n,), degrees, of several models, each run in the turn nearest to the last model's.
 
-    The typical distance of a run counts: of two models that pass an antiresonance on different sides only one part can meet.
+    The typical distance of a run counts: two models that pass an antiresonance on different sides meet in one part alone.
     """
     last = lag_along(curves[-1], column)
     lags = [lag_along(curve, column) for curve in curves[:-1]]
