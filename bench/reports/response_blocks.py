@@ -14,9 +14,10 @@ from bench.plan.page import Block, Drawn, Orbits
 from ksmea.arrays import ComplexArray
 from ksmea.measurement.notation import DETECTIONS
 from ksmea.show.charts.chart import Chart
-from ksmea.show.charts.response_charts import nyquist_chart
-from ksmea.show.charts.responses import Response
+from ksmea.show.charts.response_charts import COLOURS, nyquist_chart
+from ksmea.show.charts.responses import ACCEPTED, Response
 from ksmea.show.readings import DECIMALS, speed_digits
+from ksmea.show.text import two_digits
 
 
 def response_blocks(response: Response, over_speed: Chart, file: str) -> Iterator[Block]:
@@ -34,11 +35,13 @@ def orbits(response: Response) -> Orbits:
     Displacements have no detection: a vibration of 2 mil pp moves the shaft from −1 to 1 mil.
     """
     notation = response.notation
-    curves = {"measured": response.measured, "model": list(response.at_speeds.values())[-1]}
-    worst = int(np.argmax(np.max(np.abs(curves["measured"] - curves["model"]), axis=1)))
+    name, modelled = list(response.at_speeds.items())[-1]
+    curves = {"measured": response.measured, "model": modelled}
+    difference = np.max(np.abs(curves["measured"] - curves["model"]), axis=1)
+    worst = int(np.argmax(difference))
     speed = f"{speed_digits(float(response.speed[worst]), notation)} {notation.speed}"
     return Orbits(
-        f"Orbits; the model's largest misfit is at {speed}",
+        f"Orbits; {_model(name)} differs most from the data at {speed}, by {two_digits(difference[worst])} {notation.unit}",
         "The path of the shaft in each plane at a speed, measured (dotted) and modelled; dots: position at phase 0.",
         tuple(response.speed.tolist()),
         {
@@ -53,6 +56,13 @@ def orbits(response: Response) -> Orbits:
         notation.speed,
         DECIMALS[notation.speed],
     )
+
+
+def _model(name: str) -> str:
+    """A model in words: 'the model with the cause', 'the fitted model'."""
+    if name == ACCEPTED:
+        return f"the {name}"
+    return f"the model {name}" if name in COLOURS else f"the {name} model"
 
 
 def _phasors(values: ComplexArray) -> tuple[tuple[float, float, float, float], ...]:

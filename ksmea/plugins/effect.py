@@ -71,8 +71,12 @@ class Effect(Settings, Generic[Seen]):
     # (`ksmea.records.statement`), such as "The shaft is {youngs_modulus_change:stiffer|softer} than in the model".
     # Default: `words`, location and sizes.
     says: ClassVar[str] = ""
-    # What to check on the machine if it is named, a sentence. Default: empty.
+    # A check on the machine if it is named, and the finding that would confirm it: one imperative sentence of at most
+    # 20 words. Default: empty.
     check_next: ClassVar[str] = ""
+    # Whether it is an error of the measurement, such as a probe's angle, which leaves the machine as the model has it.
+    # Default: False.
+    is_of_measurement: ClassVar[bool] = False
     # The picture that shows it best: a response with speeds in the complex plane, or orbits. Default: polar.
     picture: ClassVar[str] = POLAR
     if_nowhere: ClassVar[str] = "leave it out"  # what a message says to do where a problem has no location for it
@@ -218,9 +222,9 @@ class Effect(Settings, Generic[Seen]):
         """
         place = str(self)
         words = self.in_words()
-        return StatementRecord(
-            words, self.says or self._in_short(sizes), dict(sizes), place, self.check_next, self.picture
-        )
+        says = self.says or self._in_short(sizes)
+        of_measurement = self.is_of_measurement
+        return StatementRecord(words, says, dict(sizes), place, self.check_next, self.picture, of_measurement)
 
     def vectors(self) -> Sequence[str]:
         """Names of vectors among its unknowns, without `_x` and `_y`. Default: empty."""

@@ -62,6 +62,7 @@ class StatementRecord(Record):
     place: str = ""  # '' of what has none
     advice: str = ""  # what to check on the machine, a sentence
     picture: str = POLAR  # the picture that shows it best: polar or orbit
+    is_of_measurement: bool = False  # it is an error of the measurement, not a property of the machine
 
 
 def of_unknowns(estimates: Mapping[str, EstimateRecord], correlation: Array) -> dict[str, SizeRecord]:

@@ -35,6 +35,7 @@ EVERYWHERE = (UNSAID, "all bearings")  # locations that the name of a cause impl
 WHOLE = 3.0  # of a half-width: a number has no decimals
 ALIKE = 2.0  # factor within which relative half-widths are said together
 TIMES, UP_TO = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
+AGREES = "the machine itself agrees with the model."
 MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
 
 
@@ -69,10 +70,10 @@ def title(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
 
 
 def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
-    """Meaning of the title for the model, in one or two sentences."""
+    """Meaning of the title for the model and the machine, in a few sentences."""
     test = record.lack_of_fit
     if record.verdict == MISREAD:
-        return f"{capital(record.reading)}. Read so, the residuals are consistent with noise ({chance(test.before)}). The values below are of data read so."
+        return f"{capital(record.reading)}. Read so, the residuals are consistent with noise ({chance(test.before)}). The values below are of data read so: {AGREES}"
     if record.verdict in (ADEQUATE, UNSEEN):
         return f"The residuals are consistent with noise ({chance(test.before)}). The values below hold."
     rejected = f"The model as given does not fit: its residuals are not noise ({chance(test.before)})"
@@ -93,11 +94,21 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     doubt = ""
     if record.predictive_gain is not None and not record.predictive_gain.is_supported:
         doubt = " Speeds that were left out do not confirm it: another run would."
-    return f"{rejected}.{with_cause}{doubt}"
+    return f"{rejected}.{with_cause}{doubt}{_of_measurement(record)}"
+
+
+def _of_measurement(record: DiagnosisRecord) -> str:
+    """A sentence if every cause that is named or may be is an error of the measurement; '' otherwise."""
+    effects = [effect for each in record.explanations for effect in each.effects]
+    stated = [effect.statement for effect in (effects if record.verdict == AMBIGUOUS else record.applied)]
+    if not stated or not all(each is not None and each.is_of_measurement for each in stated):
+        return ""
+    subject = "Either" if record.verdict == AMBIGUOUS else "This" if len(stated) == 1 else "Each"
+    return f" {subject} is an error of the measurement: {AGREES}"
 
 
 def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[tuple[str, str]]:
-    """How sure the finding is: at most four numbers, each with what it says."""
+    """How sure the finding is: at most four numbers, each with its meaning and whether that is good."""
     statement = record.applied[0].statement if record.is_explained and record.applied else None
     if statement is not None and (ends := statements.intervals(statement, notation)):
         has_angle = any(
@@ -110,19 +121,23 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
         )
         if least is not None:
             count = len({trial.effect for trial in record.ranking}) - len(record.ambiguity_group)
-            yield f"{_times(least.multiple)} noise", f"is needed by the next of {count} other causes, {least.words}"
+            verdict = "not ruled out" if least.is_near else "ruled out"
+            which = f"the next of {count} other causes" if count > 1 else "the only other cause"
+            needed = f"the noise would be needed if it were {least.words}, {which}: {verdict}"
+            yield _times(least.multiple), needed
     if (gain := record.predictive_gain) is not None and record.is_explained:
-        yield f"{gain.n_better} of {len(gain.by_block)}", "left-out blocks of speeds are predicted better with it"
+        verdict = "confirmed" if gain.is_supported else "not confirmed"
+        blocks = f"blocks of speeds that were left out of the fit are predicted better with it: {verdict}"
+        yield f"{gain.n_better} of {len(gain.by_block)}", blocks
     if record.verdict in (ADEQUATE, UNSEEN) and (seen := list(record.min_detectable.values())):
         shown = sum(any(part.observable for part in parts) for parts in seen)
         yield f"{shown} of {len(seen)}", "kinds of faults would have shown in these data"
     quality = record.lack_of_fit.after if record.is_explained else record.lack_of_fit.before
     if quality is not None:
         level = record.noise.after if record.is_explained and record.noise.after is not None else record.noise.before
-        yield (
-            chance(quality),
-            f"lack-of-fit test; noise {_noise(level, notation)}{'' if record.noise.known else ', estimated'}",
-        )
+        fit = "the fit is good, as only" if quality.p >= record.lack_of_fit.level else "the fit is poor, as"
+        noise = f"noise {_noise(level, notation)}{'' if record.noise.known else ', estimated'}"
+        yield chance(quality), f"{fit} p below {record.lack_of_fit.level:g} rejects it; {noise}"
 
 
 def checks(record: DiagnosisRecord) -> list[str]:

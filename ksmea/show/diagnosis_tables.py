@@ -12,6 +12,7 @@ import pandas as pd
 from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord
 from ksmea.show import location_text
+from ksmea.show.charts.responses import AS_GIVEN, WITH_CAUSE
 from ksmea.show.text import in_columns, number, of_chances, value_and_ends, with_ends
 
 FEW = 3  # sizes of an effect in a line
@@ -53,7 +54,7 @@ def trials_table(trials: Sequence[TrialRecord]) -> pd.DataFrame:
 def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
     """Every unknown of the model as given.
 
-    If an extension explains the data, also with that (`after`), with the extension's own, and averaged over all
+    If an extension explains the data, also with that, with the extension's own, and averaged over all
     explanations where there are several. Intervals belong to models that are not rejected.
     """
     if all(row.after is None for row in record.coefficients):
@@ -65,8 +66,8 @@ def unknowns_table(record: DiagnosisRecord) -> pd.DataFrame:
     averaged = averaged_values(record)
     columns = {
         "unknown": [row.name for row in record.coefficients],
-        "before": [_cell(row.before, with_interval=not record.is_rejected) for row in record.coefficients],
-        "after": [_cell(row.after, with_interval=record.is_explained) for row in record.coefficients],
+        AS_GIVEN: [_cell(row.before, with_interval=not record.is_rejected) for row in record.coefficients],
+        WITH_CAUSE: [_cell(row.after, with_interval=record.is_explained) for row in record.coefficients],
     }
     if averaged:
         columns["averaged"] = [_cell(averaged.get(row.name)) for row in record.coefficients]

@@ -19,7 +19,7 @@ from ksmea.show.charts.chart import Chart
 from ksmea.show.charts.picture import drawn
 from ksmea.show.charts.ranking_chart import ranking_chart
 from ksmea.show.charts.response_charts import bode_chart
-from ksmea.show.charts.responses import of_diagnosis
+from ksmea.show.charts.responses import AS_GIVEN, WITH_CAUSE, of_diagnosis
 from ksmea.show.diagnosis_findings import alike, applied, verdict_line
 from ksmea.show.diagnosis_tables import (
     averaged_values,
@@ -44,8 +44,8 @@ from ksmea.show.text import (
     with_ends,
 )
 
-BEFORE = 'those "before"'  # the fit of the model as given, in words
-AFTER = 'those "after", of the extended model'
+BEFORE = f'those "{AS_GIVEN}"'
+AFTER = f'those "{WITH_CAUSE}", of the extended model'
 MAX_LOCATIONS = 4  # listed, at which an effect explains the data about as well
 AVERAGED = 'those "averaged", over all that explain the data about as well'
 MAX_RANKED = 6  # effects that the text lists
@@ -164,7 +164,7 @@ def plot(record: DiagnosisRecord, axes: Axes | None = None) -> Figure:
 
 
 def diagnosis_chart(record: DiagnosisRecord) -> Chart:
-    """Stack per channel: amplitudes, and residuals before and after in units of one law of noise."""
+    """Stack per channel: amplitudes, and residuals of both models in units of one law of noise."""
     response = of_diagnosis(record, record.notation)
     if response is None:
         raise SettingError(

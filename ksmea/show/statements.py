@@ -99,12 +99,25 @@ def _filled(statement: StatementRecord, name: str, form: str, notation: Notation
         positive, negative = form.split("|")
         word = f" {positive if size.value >= 0 else negative}"
         size = _magnitude(size)
-    said = with_unit(size.value, size.unit, _coarse(size))
-    said = f"−{said[1:]}" if said.startswith("-") else said
+    bound, value = _known_end(size)
+    half = _coarse(size)
+    said = with_unit(value, size.unit, half if not bound or half is None else min(half, abs(value)))
+    said = bound + (f"−{said[1:]}" if said.startswith("-") else said)
     if size.angle is None or form == LENGTH:
         return said + word
     angle = rounded(size.angle, max(size.angle_error or 0.0, WHOLE_DEGREES))
     return f"{said} at {'0' if angle == FULL_TURN else angle}° {notation.phase}"
+
+
+def _known_end(size: SizeRecord) -> tuple[str, float]:
+    """'at most ' or 'at least ' with the only known end of an interval; otherwise the value.
+
+    An end of the other sign bounds nothing that the value's sign, or its word, speaks of.
+    """
+    if (size.low is None) == (size.high is None):
+        return "", size.value
+    word, end = ("at most ", size.high) if size.low is None else ("at least ", size.low)
+    return ("", size.value) if end is None or end * size.value <= 0 else (word, end)
 
 
 def _coarse(size: SizeRecord) -> float | None:

@@ -62,7 +62,7 @@ class AddedMass(SeatedEffect):
     )
 
     says = "The rotor carries {added_mass:more|less} {place} than in the model"
-    check_next = "Parts on the shaft there that the rotor file lacks or has twice; weigh them."
+    check_next = "Weigh the parts on the shaft there: one that the rotor file lacks, or has twice, confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
         "disk_mass": "a disk has moments of inertia too; modes that tilt it, or weigh the disk",

@@ -55,9 +55,7 @@ class AnnularSeal(SeatedEffect):
     )
 
     says = "A seal {place} holds the shaft with {seal_stiffness} and damps it with {seal_damping}"
-    check_next = (
-        "Clearance, pressure drop and swirl brakes of this seal; repeat the run at another load or without flow."
-    )
+    check_next = "Repeat the run without flow or at another pressure drop: a change in the response confirms the seal."
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_antisymmetric": "both drive forward whirl; a seal's grows with speed: measure over a wide band, or without pressure",
         "short_journal_bearing": "a film of liquid too, but at the bearings; probes near the seal, a run without pressure",

@@ -39,7 +39,9 @@ class AxialForce(RotorEffect):
 
     if_nowhere: ClassVar[str] = "leave it out: its limits need bearings at two places"
     says = "The shaft is in {axial_force:tension|compression}"
-    check_next = "Thrust, coupling preload and thermal growth against a fixed bearing."
+    check_next = (
+        "Measure thrust and coupling preload, cold and hot: a natural frequency that shifts with them confirms it."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
         " hanging free",

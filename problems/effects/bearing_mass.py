@@ -26,7 +26,9 @@ class BearingMass(RotorEffect):
     """All bearings carry a mass."""
 
     says = "Each bearing moves a mass of {bearing_mass_x} in x and {bearing_mass_y} in y"
-    check_next = "Mass of the bearing housings or mounts that move with the journals; an impact test at standstill."
+    check_next = (
+        "Tap the bearing housings at standstill: a moving mass of this size in the frequency response confirms it."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_stiffness": "both change the bearings' stiffness with speed; a wider band, an impact test at standstill",
         "flexible_pedestal": "a pedestal softens with frequency too; a sensor on the casing",

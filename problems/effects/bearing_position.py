@@ -29,7 +29,7 @@ class BearingPosition(PartEffect[Bearing]):
     position: float | None = setting(None, "position in the model; null: the first bearing", unit="m", at_least=0)
 
     says = "The bearing {place} acts {bearing_position_change:further from|nearer to} the shaft's start"
-    check_next = "Axial position of the bearing, and where it carries: edge loading, alignment."
+    check_next = "Measure where the bearing carries: edge wear or a shifted contact pattern confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "unequal_bearings": "both change the share of each bearing; measure the width over which it carries",
     }

@@ -38,7 +38,10 @@ class BilinearStiffness(BearingSprings):
     law: ClassVar[Law] = LAWS["spring_above_an_amplitude"]
 
     says = "Beyond {knee} of motion the bearings are {stiffness_beyond:stiffer|softer}, {place}"
-    check_next = "Play, stops and preload of the bearings; repeat the run with less and with more unbalance."
+    check_next = (
+        "Repeat the run with more unbalance:"
+        " peaks that lean further confirm it; then check play and stops of the bearings."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "cubic_stiffness": "both lean peaks; a run with far more unbalance, which shows the amplitude where it begins",
         "clearance_rub": "both lean peaks; friction and the place tell them apart: probes at the bearings",

@@ -38,7 +38,10 @@ class ChannelGain(PlacedEffect):
 
     is_scanned: ClassVar[bool] = False
     says = "The reading of {place:probes} is {channel_gain:too high|too low}"
-    check_next = "Scale factor of this channel: calibrate probe, cable and monitor; compare target material."
+    is_of_measurement = True
+    check_next = (
+        "Calibrate probe, cable and monitor of this channel: a scale factor that is off by this much confirms it."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "probe_position": "both scale what the plane reads; measure the position of the probes, or calibrate them",
     }

@@ -49,7 +49,9 @@ class ClearanceRub(NonlinearEffect, SeatedEffect):
 
     words = "rub"
     says = "The shaft touches a stop {place} beyond a clearance of {clearance}"
-    check_next = "Rub marks and clearances there; compare run-up and coast-down."
+    check_next = (
+        "Look for rub marks and measure clearances there: different peaks in run-up and coast-down confirm it too."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "cubic_stiffness": "both lean peaks; a run with more unbalance",
         "speed_dependent_damping": "both lower a peak; a run with more unbalance",

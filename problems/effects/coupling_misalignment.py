@@ -57,7 +57,7 @@ class CouplingMisalignment(PlacedEffect):
     twice: bool = setting(False, "whether it also acts twice per turn; a diagnosis sets it if 2X was measured")
 
     is_scanned: ClassVar[bool] = False
-    check_next = "Alignment of the coupling, hot and cold; run uncoupled if possible."
+    check_next = "Run uncoupled: vibration that disappears confirms it; then align the coupling, cold and hot."
     aliases: ClassVar[Mapping[str, str]] = {
         "crack": "both make 2X; a crack's peaks at half a critical speed, as its sag, and has 3X too",
         "residual_bow": "both turn with the shaft at any speed; run uncoupled, or measure the bow on slow roll",

@@ -76,7 +76,9 @@ class Crack(PlacedEffect):
     gravity_deg: float = setting(270.0, "direction of the weight, past +x towards +y", unit="deg")
 
     says = "A crack {place} takes away {crack:size} of the bending stiffness where it is open"
-    check_next = "Stop before further runs: inspect the shaft there (dye penetrant, ultrasound); follow 1X and 2X at constant speed."
+    check_next = (
+        "Stop the machine and inspect the shaft there by dye penetrant or ultrasound: an indication confirms it."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "coupling_misalignment": "both make 2X; a crack's peaks at half a critical speed, as its sag, and has 3X too",
         "shaft_asymmetry": "both make 2X at half of a critical speed; a crack opens and closes, which makes 3X of its sag too: look there",

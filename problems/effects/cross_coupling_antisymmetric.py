@@ -30,7 +30,10 @@ class CrossCouplingAntisymmetric(RotorEffect):
     words = "cross-coupling"
     says = "Bearings push across the deflection with {kxy_antisymmetric} (kxy = −kyx)"
     picture = ORBIT
-    check_next = "Oil film, seals and swirl: clearance, load and inlet swirl; margin to instability."
+    check_next = (
+        "Change oil temperature or inlet swirl:"
+        " forward whirl that changes with it confirms it; watch the margin to instability."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "internal_damping": "both act on the damping of the forward whirl; the onset of instability, reverse rotation",
         "annular_seal": "both drive forward whirl; a seal's grows with speed: measure over a wide band, or without pressure",

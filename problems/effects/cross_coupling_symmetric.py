@@ -31,7 +31,7 @@ class CrossCouplingSymmetric(RotorEffect):
     words = "turned bearing axes"
     says = "Bearings couple x and y with {kxy_symmetric} (kxy = kyx)"
     picture = ORBIT
-    check_next = "Orientation of the probes and direction of the bearing load relative to x and y."
+    check_next = "Survey the angles of the probes: if they are right, a bearing load between x and y confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "probe_rotation": "both turn the ellipse; survey the angles of the probes, or look at how it changes with speed",
     }

@@ -76,7 +76,9 @@ class CubicStiffness(BearingSprings):
 
     words = "nonlinear bearing stiffness"
     says = "Nonlinear bearing stiffness of {cubic_stiffness:(hardening)|(softening)}, {place}"
-    check_next = "Clearance and preload of the bearings; repeat the run with less and with more unbalance."
+    check_next = (
+        "Repeat the run with more unbalance: peaks that lean further confirm it; then check clearance and preload."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_stiffness": "both move peaks; a run with more unbalance, a run-up and a run-down",
         "clearance_rub": "both lean peaks; a run with more unbalance",

@@ -29,7 +29,7 @@ class DiskInertia(PartEffect[Disk]):
     position: float | None = setting(None, "of the disk; null: the first", unit="m", at_least=0)
 
     says = "The disk {place} has {disk_inertia_change:more|less} moment of inertia than in the model"
-    check_next = "Drawing of this disk: diameter, width, hub and blades."
+    check_next = "Compare the disk with its drawing, or swing it on wires: another moment of inertia confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "disk_mass": "both change modes that tilt the disk; weigh it, or swing it on wires",
         "hub_stiffening": "both raise modes that tilt the disk; tap the rotor hanging free, or swing the disk on wires",

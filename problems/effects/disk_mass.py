@@ -29,7 +29,7 @@ class DiskMass(PartEffect[Disk]):
     position: float | None = setting(None, "of the disk; null: the first", unit="m", at_least=0)
 
     says = "The disk {place} is {disk_mass_change:heavier|lighter} than in the model"
-    check_next = "Drawing or weight of this disk; parts mounted on it."
+    check_next = "Weigh this disk with all its parts: a difference of this size from the rotor file confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "added_mass": "a disk has moments of inertia too; modes that tilt it, or weigh the disk",
         "disk_inertia": "both change modes that tilt the disk; weigh it, or swing it on wires",

@@ -29,7 +29,7 @@ class DiskPosition(PartEffect[Disk]):
     position: float | None = setting(None, "position in the model; null: the first disk", unit="m", at_least=0)
 
     says = "The disk {place} sits {disk_position_change:further from|nearer to} the shaft's start"
-    check_next = "Axial position of the disk's centre of mass."
+    check_next = "Measure the distance from the disk's centre of mass to a bearing: this offset confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "added_mass": "both change what the disk does to each mode; measure its distance from a bearing, or weigh it",
     }

@@ -40,7 +40,7 @@ class ExternalDamping(RotorEffect):
     """The surroundings of the shaft damp it."""
 
     says = "The surroundings damp the shaft with {external_damping}"
-    check_next = "Liquid or gas around the rotor: flooding, windage, seals."
+    check_next = "Drain or vent the casing and repeat the run: sharper peaks confirm liquid or gas around the rotor."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both change peak heights; several critical speeds, of which some hardly move the bearings",
         "standing_damping": "both damp the whole shaft, the one low modes most, the other high ones; several critical speeds",

@@ -43,7 +43,10 @@ class FlexiblePedestal(RotorEffect):
 
     words = "flexible pedestals"
     says = "The pedestals yield by {pedestal_compliance_x} in x and {pedestal_compliance_y} in y, with a mass of {pedestal_mass} each"
-    check_next = "Foundation bolts, grout and pedestal; measure casing vibration at both bearings."
+    check_next = (
+        "Measure casing vibration at both bearings:"
+        " motion comparable with the shaft's confirms it; then check bolts and grout."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_stiffness": "a pedestal's mass softens it with speed too; a sensor on the casing",
         "foundation_resonance": "a block moves all bearings alike; sensors on the casings of two bearings, or on the foundation",

@@ -43,7 +43,9 @@ class FoundationResonance(RotorEffect):
         0.05, "η of its spring: bolted frames have 0.01 to 0.05, concrete on soil 0.1", above=0, at_most=1
     )
 
-    check_next = "Anchor bolts, grout and base frame; measure the frame's vibration, or tap it."
+    check_next = (
+        "Tap the base frame or measure its vibration: a resonance there confirms it; then check anchor bolts and grout."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "flexible_pedestal": "a block moves all bearings alike; sensors on the casings of two bearings, or on the foundation",
         "speed_dependent_stiffness": "a block's mass softens it with speed too; a sensor on the foundation, another axis",

@@ -51,7 +51,7 @@ class HubStiffening(SeatedEffect):
     is_width_free: bool = setting(False, "whether the width is an unknown, as its change")
 
     says = "The hub {place} makes the shaft {hub_stiffening} stiffer in bending"
-    check_next = "Shrink fit and width of this hub in the rotor file."
+    check_next = "Check shrink fit and width of this hub against the drawing: a longer or tighter fit confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both stiffen the shaft; several critical speeds, whose modes bend that place differently",
         "mass": "both move all modes; several critical speeds, whose modes bend that place differently",

@@ -29,7 +29,10 @@ class InternalDamping(RotorEffect):
     """The shaft itself damps, as it turns."""
 
     says = "The shaft damps itself as it turns: {internal_damping} times its stiffness"
-    check_next = "Loose shrink fits, splines and couplings; margin to instability above the critical speed."
+    check_next = (
+        "Check shrink fits, splines and couplings for looseness:"
+        " subsynchronous whirl above a critical speed confirms it."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_antisymmetric": "both act on the damping of the forward whirl; the onset of instability,"
         " reverse rotation",

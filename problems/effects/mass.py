@@ -30,7 +30,7 @@ class Mass(RotorEffect):
 
     words = "rotor mass"
     says = "The rotor is {mass_change:heavier|lighter} throughout than in the model"
-    check_next = "Weigh the rotor, or compare its drawing: density, blades, winding, couplings."
+    check_next = "Weigh the rotor: a difference of this size from the rotor file confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "disk_mass": "both lower natural frequencies; several critical speeds, whose modes move that disk differently",
         "added_mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",

@@ -35,7 +35,8 @@ class ProbePosition(PlacedEffect):
 
     is_scanned: ClassVar[bool] = False
     says = "The measuring plane of {place:probes} is {probe_position_change:further from|nearer to} the shaft's start"
-    check_next = "Measure the axial position of these probes."
+    is_of_measurement = True
+    check_next = "Measure the axial position of these probes: an offset of this size confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "channel_gain": "both scale what the plane reads; measure the position of the probes, or calibrate them",
     }

@@ -17,6 +17,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel, direction_at, require_direction
+from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
 from problems.rotor.extension.effect import PlacedEffect, is_at, named, planes, where
@@ -37,8 +38,11 @@ class ProbeRotation(PlacedEffect):
 
     is_scanned: ClassVar[bool] = False
     words = "probe angle"
-    says = "The mounting angle of {place:probes} is {probe_rotation} off, counted from x towards y"
-    check_next = "Mounting angle of these probes, and the order of the two cables."
+    says = "{place:probes} are turned by {probe_rotation:from x towards y|from y towards x}"
+    is_of_measurement = True
+    check_next = (
+        "Measure the mounting angle of these probes, and check the order of their cables: this angle confirms it."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_symmetric": "both turn the ellipse; survey the angles of the probes",
     }
@@ -53,6 +57,12 @@ class ProbeRotation(PlacedEffect):
 
     def __str__(self) -> str:
         return where(self.position) if self.direction is None else f"{named(self.direction)} {where(self.position)}"
+
+    def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        stated = super().statement(sizes)
+        if self.direction is None:
+            return stated
+        return dataclasses.replace(stated, sentence=stated.sentence.replace(" are ", " is "))
 
     def locations(self, problem: RotorProblem) -> Sequence[ProbeRotation]:
         """Each plane with probes in two directions, then each probe of a machine as drawn.

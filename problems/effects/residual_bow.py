@@ -23,9 +23,7 @@ class ResidualBow(Bow):
     """The shaft is bent at rest."""
 
     bends = "The shaft is bent"
-    check_next = (
-        "Dial gauge along the shaft on rollers; slow-roll run-out at mid-span; straighten or balance for the bow."
-    )
+    check_next = "Measure runout along the shaft on rollers by dial gauge: a bow of this size confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "runout": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
         "thermal_bow": "a bow of heat is gone when the machine is cold, and run-up and run-down differ by it",

@@ -76,7 +76,8 @@ class RunUpAcceleration(RotorEffect):
     )
 
     words = "fast speed sweep"
-    check_next = "Sweep rate of the run; repeat it slower, or add a coast-down."
+    is_of_measurement = True
+    check_next = "Repeat the run at a slower sweep rate, or record a coast-down: peaks that move confirm it."
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both lower a peak; a second run-up at another rate, a coast-down",
         "speed_dependent_stiffness": "both move a peak; a second run-up at another rate, a coast-down",

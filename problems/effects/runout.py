@@ -55,7 +55,8 @@ class Runout(PlacedEffect):
 
     adds_readings: ClassVar[bool] = True
     says = "Runout of {runout:reading}, seen by {place:probes}"
-    check_next = "Not a fault of the rotor: record a slow-roll vector, or the probe track's surface and magnetism."
+    is_of_measurement = True
+    check_next = "Record a slow-roll vector of these probes: this length and angle confirm it."
     aliases: ClassVar[Mapping[str, str]] = {
         "residual_bow": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
     }

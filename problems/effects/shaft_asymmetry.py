@@ -46,8 +46,10 @@ class ShaftAsymmetry(RotorEffect):
 
     gravity_deg: float = setting(270.0, "direction of the weight, past +x towards +y", unit="deg")
 
-    says = "The shaft's bending stiffness differs by ± {shaft_asymmetry:size} between two diameters"
-    check_next = "Keyways, slots and flats; 2X at half of the critical speed."
+    says = (
+        "The shaft's bending stiffness is {shaft_asymmetry:size} above its mean along one diameter and below it across"
+    )
+    check_next = "Check the shaft for keyways, slots and flats: a peak of 2X at half a critical speed confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "crack": "both make 2X at half of a critical speed; a crack opens and closes, which makes 3X of its sag too: look there",
     }

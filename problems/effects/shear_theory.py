@@ -38,7 +38,9 @@ class ShearTheory(RotorEffect):
 
     words = "shear stiffness"
     says = "The shaft is {shear_flexibility_change:softer|stiffer} in shear than in the model"
-    check_next = "Hollow and stepped sections in the rotor file: wall thickness, bore."
+    check_next = (
+        "Check bore and wall thickness of hollow and stepped sections: a difference from the rotor file confirms it."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both move all modes; shear moves the highest most: several critical speeds, or tap the shaft alone",
     }

@@ -65,7 +65,10 @@ class ShortJournalBearing(RotorEffect):
 
     words = "journal bearing film"
     says = "Oil films yield by {film_compliance} at the highest speed"
-    check_next = "Clearance, viscosity and load of the bearings."
+    check_next = (
+        "Repeat the run with warm and cold oil:"
+        " a response that follows the viscosity confirms it; then check bearing clearances."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "annular_seal": "a film of liquid too, but at the bearings; probes near the seal, a run without pressure",
         "cross_coupling_antisymmetric": "both drive forward whirl; warm and cold oil differ, what else couples does not",

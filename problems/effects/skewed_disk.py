@@ -46,7 +46,7 @@ class SkewedDisk(SeatedEffect):
 
     is_scanned: ClassVar[bool] = False
     says = "The disk {place} sits {skew:size} out of square"
-    check_next = "Dial gauge on the disk's face; re-mount or re-machine the fit."
+    check_next = "Measure runout of the disk's face by dial gauge: a skew of this size confirms it; then mount it anew."
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both grow with Ω² and turn with the shaft; a second critical speed, a trial weight, a dial gauge on the rim",
         "coupling_misalignment": "moments that turn with the shaft; a disk's grows with Ω²: measure at low speed too",

@@ -31,7 +31,9 @@ class SpeedDependentDamping(SlopeOverSpeed):
 
     words = "damping over speed"
     says = "Bearing damping is {damping_slope:higher|lower} at full speed than at rest"
-    check_next = "Oil temperature and load over the run; identify bands of speed by themselves."
+    check_next = (
+        "Record oil temperature and load over the run: identifying bands of speed apart confirms it if damping differs."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "clearance_rub": "both lower a peak; a run with more unbalance",
         "unbalance": "both change the heights of peaks against each other; a further resonance, a trial weight",

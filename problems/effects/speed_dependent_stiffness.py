@@ -54,7 +54,10 @@ class SpeedDependentStiffness(SlopeOverSpeed):
 
     words = "stiffness over speed"
     says = "Bearing stiffness is {stiffness_slope:higher|lower} at full speed than at rest"
-    check_next = "Oil temperature, preload and load over the run; identify bands of speed by themselves."
+    check_next = (
+        "Record oil temperature and load over the run:"
+        " identifying bands of speed apart confirms it if stiffness differs."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "cubic_stiffness": "both move peaks; a run with more unbalance, a run-up and a run-down",
         "youngs_modulus": "both move the peaks; several critical speeds, or tap the rotor hanging free",

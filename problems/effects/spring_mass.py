@@ -50,7 +50,9 @@ class SpringMassOnShaft(SeatedEffect):
     )
     words = "spring-mass on the shaft"
     says = "A mass of {attached_mass} moves on a spring against the shaft {place}, with a natural frequency of {attached_frequency}"
-    check_next = "Flexible disks, blades, a coupling half or a loose part there: tap it at rest."
+    check_next = (
+        "Tap flexible disks, blades, couplings and loose parts there at rest: this natural frequency confirms it."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "added_mass": "both lower natural frequencies; a speed near its own frequency: the shaft stands still there",
         "foundation_resonance": "both add a resonance; a sensor on the foundation, a tap test of the part at rest",

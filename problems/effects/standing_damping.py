@@ -33,7 +33,10 @@ class StandingDamping(RotorEffect):
     """Standing damping of the shaft along its whole length, in proportion to its stiffness."""
 
     says = "The shaft damps itself, and the damping stands still: {standing_damping} times its stiffness"
-    check_next = "Joints, sleeves and windings; damping that the rotor file leaves out."
+    check_next = (
+        "Tap the rotor at rest, hanging free:"
+        " its damping confirms joints, sleeves or windings that the rotor file lacks."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "external_damping": "both damp the whole shaft, the one low modes most, the other high ones; several critical speeds",
         "internal_damping": "damping of the turning shaft drives forward whirl above a critical speed; the onset of instability",

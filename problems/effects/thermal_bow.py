@@ -53,7 +53,10 @@ class ThermalBow(Bow):
     )
 
     bends = "The shaft bends as it warms up,"
-    check_next = "Repeat the run cold, and hold full speed until vibration is steady; look for rubs, uneven cooling, shorted turns."
+    check_next = (
+        "Repeat the run cold and hold full speed:"
+        " vibration that creeps confirms it; then look for rubs and uneven cooling."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "residual_bow": "a bow of heat is gone when the machine is cold, and run-up and run-down differ by it",
         "coupling_misalignment": "both turn with the shaft; a bow of heat is gone when the machine is cold",

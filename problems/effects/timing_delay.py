@@ -40,7 +40,10 @@ class TimingDelay(PlacedEffect):
 
     is_scanned: ClassVar[bool] = False
     says = "The reading of {place:probes} comes {timing_delay:late|early}"
-    check_next = "Filters, multiplexer and edge of the phase mark of these channels."
+    is_of_measurement = True
+    check_next = (
+        "Feed one signal into all channels: a delay of this size confirms it; then check filters and phase mark."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both change how the phase goes with speed; a wider band, a square wave into all channels",
         "run_up_acceleration": "both make the phase late; a slower run-up, a coast-down",

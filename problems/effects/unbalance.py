@@ -38,7 +38,9 @@ class FurtherUnbalance(SeatedEffect):
     is_scanned: ClassVar[bool] = False
     words = "unbalance"
     says = "A further unbalance of {unbalance} {place}"
-    check_next = "Balance in this plane: a trial weight there confirms it; look for lost or loose parts."
+    check_next = (
+        "Run with a trial weight in this plane: the predicted change confirms it; look for lost or loose parts."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both change peak heights; a second resonance, a trial weight on each disk",
         "youngs_modulus": "both change the mix of modes; a trial weight on each disk, a second mode in the band",

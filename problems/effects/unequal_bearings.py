@@ -37,13 +37,13 @@ LETTERS = {STIFFNESS: "k", DAMPING: "c"}
 
 @dataclass(frozen=True)
 class UnequalBearings(RotorEffect):
-    """One bearing is stiffer or softer than the others, or damps more or less."""
+    """One bearing is stiffer or softer than the rest, or damps more or less."""
 
     bearing: int = setting(1, "which one differs, as the rotor file counts", at_least=1)
     changes: str = setting(STIFFNESS, "which of its coefficients differ", choices=tuple(CHANGES))
 
     picture = ORBIT
-    check_next = "Clearance and static load of both bearings."
+    check_next = "Measure clearance and static load of both bearings: a difference confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
         "bearing_position": "both change the share of each bearing; measure the width over which it carries",
@@ -90,7 +90,7 @@ class UnequalBearings(RotorEffect):
             phrase, own = _difference({axis: sizes[f"{part}_difference_{axis}"] for axis in DIRECTIONS}, part)
             said.append(phrase)
             used |= own
-        sentence = f"Bearing {self.bearing} {' and '.join(said)} than the others"
+        sentence = f"Bearing {self.bearing} {' and '.join(said)} than the rest"
         return dataclasses.replace(super().statement(sizes), sentence=sentence, sizes=used)
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:

@@ -27,7 +27,10 @@ class YoungsModulus(RotorEffect):
 
     words = "shaft stiffness"
     says = "The shaft is {youngs_modulus_change:stiffer|softer} in bending than in the model"
-    check_next = "Diameters, material and shrink fits in the rotor file; tap the rotor hanging free."
+    check_next = (
+        "Tap the rotor hanging free:"
+        " shifted natural frequencies confirm it; then check diameters and material in the rotor file."
+    )
     aliases: ClassVar[Mapping[str, str]] = {
         "axial_force": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
         " hanging free",

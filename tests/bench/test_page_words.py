@@ -23,7 +23,7 @@ from ksmea.records.estimate import NoiseLevelRecord, Shown
 from ksmea.show.charts.chart import Points
 from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.response_charts import bode_chart
-from ksmea.show.charts.responses import ModelCurve, Response, of_diagnosis, residuals
+from ksmea.show.charts.responses import AS_GIVEN, WITH_CAUSE, ModelCurve, Response, of_diagnosis, residuals
 from ksmea.show.diagnosis_text import text
 
 RECORD = DiagnosisRecord.from_data(
@@ -72,14 +72,24 @@ def test_a_value_beyond_the_edge_is_an_arrow_there():
     assert edge == pytest.approx(115) and before.x == pytest.approx([10])
     assert arrow.symbol == "triangle right" and 0.9 * edge < arrow.x[0] < edge
     assert arrow.said == ["far: 30.0 [29.0, 31.0] N"] and arrow.y[0] < 0.5  # in the row of its unknown
-    assert drawn.caption == "Intervals. Arrows: beyond that edge, as the table says."
+    assert drawn.caption == "Intervals. Arrows: beyond that edge or open, as the table says."
     assert "Arrows" not in intervals_chart({"near": near}, {}, "Intervals.").caption
+
+
+def test_an_end_beyond_the_edge_or_open_is_an_arrow_there():
+    """One unknown that is hardly known sets no scale for four that are: ± 1 % against ± 900 %; an open end is beyond any."""
+    known = {name: {"after": Shown(10, 9.9, 10.1, "N")} for name in ("kxx", "kyy", "u", "cxx")}
+    loose = {"cyy": {"after": Shown(1, -8, 10, "N")}, "czz": {"after": Shown(1, 0.99, np.nan, "N")}}
+    drawn = intervals_chart(known | loose, {}, "Intervals.")
+    assert drawn.panels[0].x.high == pytest.approx(1.15 * 10 * 1)
+    arrows = [(each.y[0], each.symbol) for each in points_of(drawn)[1:]]
+    assert arrows == [(4, "triangle left"), (4, "triangle right"), (5, "triangle right")]
 
 
 def test_a_caption_tells_the_marks_of_residuals_apart():
     speed, values = np.array([100.0, 200.0]), np.array([[1 + 1j], [2 + 0j]])
     parts = {"in phase": values.real, "in quadrature": values.imag}
-    models = ("model before", "model after")
+    models = (AS_GIVEN, WITH_CAUSE)
     curves = {name: ModelCurve(speed, values) for name in models}
     shown = Response(
         speed, ("x",), values, True, None, curves, dict.fromkeys(models, values), dict.fromkeys(models, parts)
@@ -87,7 +97,7 @@ def test_a_caption_tells_the_marks_of_residuals_apart():
     chart = bode_chart(shown, "title")
     assert "(● in phase; × in quadrature)" in chart.caption
     *_, before, after = chart.panels  # of each model
-    for panel, model in ((before, "before"), (after, "after")):
+    for panel, model in ((before, AS_GIVEN), (after, WITH_CAUSE)):
         assert panel.y.label.endswith(model)
         assert [(each.symbol, each.name) for each in panel.elements if isinstance(each, Points)] == [
             ("circle", "residual in phase"),
@@ -118,9 +128,9 @@ def test_models_of_a_diagnosis_are_drawn_at_the_fine_speeds_of_its_record():
         fine_after=FineCurve(fine, ((1e-6,), (9e-6,), (2e-6,))),
     )
     drawn = of_diagnosis(dataclasses.replace(RECORD, curves=curves)).curves
-    assert drawn["model after"].values[:, 0] == pytest.approx([1, 9, 2])  # µm
-    assert drawn["model after"].speed == pytest.approx(np.array(fine) * 60 / (2 * np.pi))
-    assert len(drawn["model before"].speed) == len(speed)
+    assert drawn[WITH_CAUSE].values[:, 0] == pytest.approx([1, 9, 2])  # µm
+    assert drawn[WITH_CAUSE].speed == pytest.approx(np.array(fine) * 60 / (2 * np.pi))
+    assert len(drawn[AS_GIVEN].speed) == len(speed)
 
 
 @pytest.mark.parametrize("by_run", [(), (("up", 0.0, 2e-6), ("down", 0.5, 0.0))])
@@ -144,10 +154,10 @@ def test_residuals_before_and_after_are_in_units_of_the_same_noise(by_run, is_co
     record = dataclasses.replace(RECORD, curves=curves, noise=noise)
     parts = {name: next(iter(each.values()))[:, 0] for name, each in of_diagnosis(record).residuals.items()}
     turned = np.sqrt(2) if is_complex else 1  # a component of a complex residual has half its variance
-    assert parts["model before"] == pytest.approx(turned * np.array([2.0, 3.0]) / of_before)
-    assert parts["model after"] == pytest.approx(turned / np.array(of_after))
+    assert parts[AS_GIVEN] == pytest.approx(turned * np.array([2.0, 3.0]) / of_before)
+    assert parts[WITH_CAUSE] == pytest.approx(turned / np.array(of_after))
     known = dataclasses.replace(record, noise=dataclasses.replace(noise, known=True))
-    told_before = of_diagnosis(known).residuals["model before"]
+    told_before = of_diagnosis(known).residuals[AS_GIVEN]
     assert next(iter(told_before.values()))[:, 0] == pytest.approx(turned * np.array([1.0, 1.5]))  # the same of both
     alone = dataclasses.replace(curves, residuals=dataclasses.replace(curves.residuals, after=None))
     assert residuals(dataclasses.replace(record, curves=alone))["before"][:, 0] == pytest.approx([1.0, 1.5])
@@ -158,11 +168,11 @@ def test_tables_of_a_page_have_the_digits_of_the_text():
     folded = {
         each.title: each.blocks for section in diagnosis_page(RECORD, ()).sections[-1:] for each in section.blocks
     }
-    [unknowns, _], said = folded["All unknowns, before and after"], text(RECORD)
-    cells = unknowns.frame[["before", "after"]].to_numpy().ravel()
+    [unknowns, _], said = folded["All unknowns, as given and with the cause"], text(RECORD)
+    cells = unknowns.frame[[AS_GIVEN, WITH_CAUSE]].to_numpy().ravel()
     assert {cell for cell in cells if "[" in cell} and all(cell in said for cell in cells)
     assert unknowns.frame["unknown"].tolist() == [row.name for row in RECORD.coefficients]
-    assert unknowns.frame.set_index("unknown").loc["runout_x", "before"] == "–"
+    assert unknowns.frame.set_index("unknown").loc["runout_x", AS_GIVEN] == "–"
     [trials] = folded[f"All {len(RECORD.ranking)} fits, the highest ΔBIC first"]
     first = trials.frame.iloc[0]
     assert f"{first['unknown']} {first['size']} {first['interval']} {first['unit']}" in said

@@ -48,9 +48,26 @@ def test_the_title_of_each_verdict_is_a_sentence_without_code_words():
     assert findings.title(ambiguous()) == "Runout at 0.1 m or mass: these data cannot distinguish them"
 
 
+def test_an_error_of_the_measurement_is_said_to_be_none_of_the_machine():
+    """Only if every cause is one: of a pair, and of explanations that cannot be distinguished, too."""
+    said = "This is an error of the measurement: the machine itself agrees with the model."
+    of_reading = dataclasses.replace(RECORD.applied[0], statement=dataclasses.replace(STATED, is_of_measurement=True))
+    assert findings.meaning(changed(applied=(of_reading,))).endswith(said)
+    assert "Each is an error" in findings.meaning(changed(applied=(of_reading, of_reading)))
+    for applied in (NAMED.applied, (of_reading, *NAMED.applied)):
+        assert "error of the measurement" not in findings.meaning(changed(applied=applied))
+    assert "error of the measurement" not in findings.meaning(ambiguous())
+
+
 def test_certainty_has_at_most_four_numbers():
     said = dict(findings.certainty(NAMED))
-    assert list(said) == ["± 0.09 µm 0-peak, ± 0.4°", "× 57 noise", "6 of 6", "p = 0.99"]
+    assert list(said) == ["± 0.09 µm 0-peak, ± 0.4°", "× 57", "6 of 6", "p = 0.99"]
+    assert said["× 57"] == "the noise would be needed if it were mass, the only other cause: ruled out"
+    assert said["6 of 6"].endswith(": confirmed") and said["p = 0.99"].startswith(
+        "the fit is good, as only p below 0.005 rejects it;"
+    )
+    rejected = changed(verdict="unknown")
+    assert next(findings.certainty(rejected))[1].startswith("the fit is poor, as p below 0.005 rejects it;")
     for verdict in ("adequate", "unknown", "not observable"):
         assert len(list(findings.certainty(changed(verdict=verdict)))) <= 4
 

@@ -85,7 +85,7 @@ def test_beside_a_name_it_is_a_second_opinion(rotor, hide):
     assert record.verdict == "named" and record.location.accepts(effect.position) and not record.remarks
     said = text(record)
     assert "Without the library: an unknown force at" in said
-    assert said.count('Trust neither, but those "after", of the extended model.') == 1
+    assert said.count('Trust neither, but those "with the cause", of the extended model.') == 1
     [page] = [section for section in diagnosis_page(record, ()).sections if section.title == "Evidence"]
     [folded] = [block for block in page.blocks if getattr(block, "title", "") == "Location without the library"]
     drawn = [block.described() for block in folded.blocks if isinstance(block, Drawn)]

@@ -64,7 +64,7 @@ def test_a_name_that_left_out_data_do_not_confirm_says_what_both_mean_and_what_t
     assert f"{line}\n" in said and "left out do not confirm it" in meaning(doubtful)
     assert f"fitted to all of them, the model needs runout ({applied.location})." in said
     assert "Measure a further run and diagnose all together (measurement=campaign)" in said
-    assert "confirm" not in text(RECORD) and "further run" not in text(RECORD)
+    assert "not confirm" not in text(RECORD) and "further run" not in text(RECORD)
     unknown = dataclasses.replace(doubtful, verdict="unknown")  # believes no effect: there is nothing to confirm
     assert "confirm" not in text(unknown) and "further run" not in text(unknown)
     both = dataclasses.replace(ambiguous(), predictive_gain=doubtful.predictive_gain)
@@ -280,7 +280,7 @@ def test_averaged_values_stand_beside_those_of_the_best_explanation():
     record = ambiguous()
     said = text(record)
     assert "Averaged over all that explain the data about as well, by model weight: runout 0.70, mass 0.30." in said
-    assert re.search(r"unknown +before +after +averaged +unit", said)
+    assert re.search(r"unknown +as given +with the cause +averaged +unit", said)
     table = coefficients_frame(record).set_index("unknown")
     assert table.loc["kxx", "averaged"] == table.loc["kxx", "after"] and pd.isna(table.loc["kxx", "averaged_low"])
     assert table.loc["kxx", "averaged_high"] == 2 * table.loc["kxx", "after"] and pd.isna(

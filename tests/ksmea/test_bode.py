@@ -8,8 +8,17 @@ from ksmea import identify, load_problem, synthetic_measurement
 from ksmea.measurement.notation import Notation
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Level, Line, Points, Words
-from ksmea.show.charts.parts.bode import close_pairs, lag_along, nearest_lag, outside, peaks, phase_ticks, resonances
-from ksmea.show.charts.parts.polar import BEYOND, LABELLED
+from ksmea.show.charts.parts.bode import (
+    close_pairs,
+    lag_along,
+    lags_along,
+    nearest_lag,
+    outside,
+    peaks,
+    phase_ticks,
+    resonances,
+)
+from ksmea.show.charts.parts.polar import AWAY, BEYOND, HEIGHT, LABELLED, labelled, rings, speeds_at
 from ksmea.show.charts.response_charts import bode_chart, nyquist_chart
 from ksmea.show.charts.responses import ModelCurve, of_fit
 
@@ -51,6 +60,19 @@ def test_a_measured_lag_stands_in_the_turn_of_the_model():
     measured = curve.values[rows, 1] * np.exp(0.1j)
     lag = nearest_lag(measured, curve.speed[rows], (), curve, 1)
     assert lag == pytest.approx(lag_along(curve, 1)[rows] - np.degrees(0.1), abs=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [1.0, -1.0])
+def test_two_models_that_begin_on_both_sides_of_zero_stand_in_one_turn(degrees):
+    """Alone, the one that begins at −1° begins at 359°; a second run and other speeds change nothing."""
+    once = one_degree(damping=1e-6)
+    values, start = np.tile(once.values, (2, 1)), len(once.speed)
+    late = ModelCurve(np.tile(once.speed, 2), values * np.exp(-1j * np.radians(degrees)), (start,))
+    early = ModelCurve(np.tile(once.speed[::2], 2), np.tile(once.values[::2], (2, 1)), (len(once.speed[::2]),))
+    other = ModelCurve(early.speed, early.values * np.exp(1j * np.radians(degrees)), early.breaks)
+    of_other, of_last = lags_along([other, late], 0)
+    assert of_last == pytest.approx(lag_along(late, 0))
+    assert np.abs(of_other - np.concatenate([of_last[:start:2], of_last[start::2]])).max() < 3
 
 
 def test_runs_are_unwrapped_apart():
@@ -128,10 +150,39 @@ def test_loops_are_round_and_speeds_are_named(response):
         assert 3 <= len(speeds) <= LABELLED and all(each.isdigit() for each in speeds)
 
 
-def test_the_orbit_of_the_largest_misfit_is_seen_first(response):
+def test_numbers_of_a_polar_plot_do_not_hide_each_other():
+    """The first speed, the largest amplitude and the last speed have one each; a cluster at the origin has one in all."""
+    curve = one_degree(damping=0.05, n=101)
+    response = curve.values[:, 0]
+    chosen = labelled(response)
+    assert {0, 50, 100} <= set(chosen)
+    places = response[chosen] * (1 + AWAY * np.abs(response).max() / np.abs(response[chosen]))
+    apart = np.abs(np.subtract.outer(places, places)[np.triu_indices(len(chosen), 1)]) / np.abs(response).max()
+    assert np.all(apart > HEIGHT)
+    assert labelled(np.append(1e-3 * np.exp(1j * np.arange(20)), 1.0)) == [0, 20]
+    words = list(speeds_at(response, [str(each) for each in range(101)]))
+    alone, beside = (
+        [each for each in rings(abs(response[50]), Notation(), shown) if isinstance(each, Words)]
+        for shown in ([], words)
+    )
+    assert {each.text for each in alone} > {each.text for each in beside}  # the first ring's number is hidden
+
+
+@pytest.mark.parametrize(
+    ("phase", "above", "said"), [("lead", "90°", "lead anticlockwise"), ("lag", "270°", "lag clockwise")]
+)
+def test_a_polar_plot_counts_phases_as_the_data_do(fit, phase, above, said):
+    """Axes lead anticlockwise in any notation; only their labels change."""
+    chart = nyquist_chart(of_fit(fit, notation=Notation(phase=phase)))
+    words = [each for each in chart.panels[0].elements if isinstance(each, Words) and each.text.endswith("°")]
+    assert max(words, key=lambda each: each.y).text.strip() == above and said in chart.caption
+
+
+def test_the_orbit_of_the_largest_difference_is_seen_first(response):
     seen = orbits(response)
     misfit = np.abs(response.measured - response.at_speeds["fitted"]).max(axis=1)
-    assert seen.first == np.argmax(misfit) and f"{response.speed[seen.first]:.0f} rpm" in seen.title
+    said = f"the fitted model differs most from the data at {response.speed[seen.first]:.0f} rpm"
+    assert seen.first == np.argmax(misfit) and said in seen.title and seen.title.endswith("µm 0-peak")
 
 
 def test_a_response_in_another_notation_is_the_same_motion(fit, response):

@@ -119,6 +119,15 @@ def test_a_picture_has_few_colours_and_says_what_is_seen():
         assert (image.text["Title"], image.text["Description"]) == ("title µ", "caption")
 
 
+@pytest.mark.parametrize("width", [2.8 * 4 + 0.6, 7.0, 6.5])  # 130 pixels times the first are 1533.9999999999998
+def test_a_picture_is_upright(width):
+    """A row that is a pixel short shifts all that follow: no edge of a frame is then upright."""
+    chart = Chart("title", "caption", ((Panel((EXAMPLES[0],)),),), width=width)
+    with Image.open(io.BytesIO(picture.png(chart))) as image:
+        is_dark = np.asarray(image.convert("L")) < 100
+    assert np.max(is_dark.mean(axis=0)) > 0.7
+
+
 def test_a_long_line_has_few_symbols():
     long = np.arange(100.0)
     for most, shown in ((0, 100), (5, 5)):

@@ -7,6 +7,7 @@ from ksmea import diagnose, load_problem, read_measurement, synthetic_measuremen
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.show.charts.responses import ACCEPTED
 from ksmea.show.diagnosis_text import diagnosis_chart
 from ksmea.studies.curves import MOST, fine_curve, fine_layout
 
@@ -64,5 +65,5 @@ def test_a_diagnosis_shows_its_models_where_they_have_peaks_and_older_records_as
 
 
 def line_of(panel):
-    [line] = [each for each in panel.elements if each.name == "model before"]
+    [line] = [each for each in panel.elements if each.name == ACCEPTED]
     return line

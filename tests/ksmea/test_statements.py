@@ -1,5 +1,6 @@
 """Statements of effects: a sentence with size, angle and place in the reader's own notation."""
 
+import re
 from importlib.metadata import entry_points
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 from ksmea.measurement.notation import Notation
 from ksmea.plugins import registry
 from ksmea.records.estimate import EstimateRecord
-from ksmea.records.statement import of_unknowns
+from ksmea.records.statement import SizeRecord, StatementRecord, of_unknowns
 from ksmea.show.statements import intervals, sentence
+from problems.effects.probe_rotation import ProbeRotation
 from problems.effects.run_up_acceleration import RunUpAcceleration
 from problems.effects.runout import Runout
 from problems.effects.unequal_bearings import UnequalBearings
@@ -59,15 +61,42 @@ def test_equal_differences_are_said_once_and_others_apart():
         estimated("stiffness_difference_x", -5.0, 0.3, "%"), estimated("stiffness_difference_y", 20.0, 0.4, "%")
     )
     bearings = UnequalBearings()
-    assert sentence(bearings.statement(alike)) == "Bearing 1 is 8.10 % stiffer in x and y than the others"
+    assert sentence(bearings.statement(alike)) == "Bearing 1 is 8.10 % stiffer in x and y than the rest"
     damped = UnequalBearings(bearing=2, changes="stiffness and damping").statement(
         alike | sizes(estimated("damping_difference_x", -30.0, 3, "%"), estimated("damping_difference_y", 50.0, 4, "%"))
     )
-    said = "Bearing 2 is 8.10 % stiffer in x and y and damps 30 % less in x and 50 % more in y than the others"
+    said = "Bearing 2 is 8.10 % stiffer in x and y and damps 30 % less in x and 50 % more in y than the rest"
     assert sentence(damped) == said
-    assert (
-        sentence(bearings.statement(apart)) == "Bearing 1 is 5.0 % softer in x and 20.0 % stiffer in y than the others"
-    )
+    assert sentence(bearings.statement(apart)) == "Bearing 1 is 5.0 % softer in x and 20.0 % stiffer in y than the rest"
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "said"),
+    [
+        (3.0, None, 6.0, "The shaft is at most 6 % stiffer"),
+        (3.0, 1.0, None, "The shaft is at least 1.0 % stiffer"),
+        (-3.0, None, -1.0, "The shaft is at least 1.0 % softer"),
+        (-3.0, -6.0, None, "The shaft is at most 6 % softer"),
+        (3.0, -1.0, None, "The shaft is 3 % stiffer"),  # no bound of how much stiffer
+        (3.0, None, None, "The shaft is 3 % stiffer"),
+    ],
+)
+def test_a_size_whose_interval_is_open_is_said_as_a_bound(value, low, high, said):
+    size = {"change": SizeRecord(value, low, high, "%")}
+    assert sentence(StatementRecord("shaft stiffness", "The shaft is {change:stiffer|softer}", size)) == said
+
+
+def test_probes_are_turned_in_the_direction_of_their_sign(three_disk):
+    turned = {
+        direction: sentence(
+            ProbeRotation(position=0.1, direction=direction).statement(
+                sizes(estimated("probe_rotation", -7.67, 0.1, "deg"))
+            )
+        )
+        for direction in (None, "x")
+    }
+    assert turned[None] == "The probes at 0.1 m are turned by 7.67° from y towards x"
+    assert turned["x"] == "The probe in x at 0.1 m is turned by 7.67° from y towards x"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -87,6 +116,21 @@ def test_a_sweep_has_the_rate_of_each_run_or_none_that_is_known():
     said = "The speed sweeps at 63.5 rpm/s in run up and −195 rpm/s in run down{2}, too fast for steady states"
     assert sentence(found) == said
     assert sentence(RunUpAcceleration(rate=60.0).statement({})) == "The speed sweeps too fast for steady states"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_effect_says_in_a_sentence_what_to_do_and_what_confirms_it(name):
+    said = registry.plugin_class("effect", name).check_next
+    if name == "local_force":  # what it is says nothing of its cause
+        return
+    assert len(said.split()) <= 20 and said.endswith(".") and said.count(". ") == 0
+    assert re.search(r"\bconfirms?\b", said)
+
+
+def test_errors_of_the_measurement_are_those_of_probes_their_signals_and_the_run():
+    found = {name for name in NAMES if registry.plugin_class("effect", name).is_of_measurement}
+    of_probes = {"channel_gain", "probe_position", "probe_rotation", "runout", "timing_delay"}
+    assert found == of_probes | {"run_up_acceleration"}
 
 
 @pytest.fixture(scope="module")

@@ -35,13 +35,13 @@ def location_blocks(record: LocationRecord, file: str = "", about_others: Sequen
             name: estimate.shown
             for name, estimate in (
                 ("without", each.plain),
-                ("beside it", each.best),
-                ("over all sites", each.over_sites),
+                ("beside it", each.best if each.over_sites is None else None),
+                ("over all sites", each.over_sites),  # its value is that beside the best site
             )
             if estimate is not None
         }
         for each in record.coefficients
     }
     if record.force is not None and unknowns:
-        said = "Unknowns without what acts there, beside it at the best site, and over all accepted sites."
+        said = "Unknowns without what acts there, and beside it: values at the best site, intervals over all sites."
         yield Drawn(intervals_chart(unknowns, {}, " ".join([said, *about_others])))

@@ -18,7 +18,7 @@ from ksmea.show.charts.cause_charts import cause_chart, others_chart, response_c
 from ksmea.show.charts.chart import Chart
 from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.ranking_chart import ranking_chart
-from ksmea.show.charts.responses import of_diagnosis
+from ksmea.show.charts.responses import AS_GIVEN, WITH_CAUSE, of_diagnosis
 from ksmea.show.diagnosis_tables import trials_table, unknowns_table
 from ksmea.show.diagnosis_text import diagnosis_chart, evidence, notes, why_without
 from ksmea.show.diagnosis_values import value_table
@@ -93,7 +93,7 @@ def _evidence(record: DiagnosisRecord) -> Iterator[Folded]:
     if (response := of_diagnosis(record, record.notation)) is not None:
         blocks = tuple(response_blocks(response, diagnosis_chart(record), RESIDUALS))
         yield Folded("Response and residuals of all channels", blocks)
-    yield Folded("All unknowns, before and after", tuple(_unknowns(record)))
+    yield Folded("All unknowns, as given and with the cause", tuple(_unknowns(record)))
     if record.inputs:
         yield Folded("Numbers known to a tolerance", tuple(inputs_blocks(record.inputs)))
     if record.location is not None:
@@ -106,8 +106,8 @@ def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
     averaged = {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
     own = [row for row in record.coefficients if row.before is not None]
     by_series = {
-        "before": {row.name: row.before for row in own if not record.is_rejected},
-        "after": {row.name: row.after for row in own if record.is_explained},
+        AS_GIVEN: {row.name: row.before for row in own if not record.is_rejected},
+        WITH_CAUSE: {row.name: row.after for row in own if record.is_explained},
         "averaged": {row.name: averaged.get(row.name) for row in own},
     }
     unknowns = {

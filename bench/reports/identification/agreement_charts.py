@@ -29,7 +29,7 @@ Kind = Literal["identified", "surrogate"]
 
 DIFFERENCE = "difference (%)"
 LOW_PART = 5  # per cent of the differences may lie below their axis
-ROOM_FOR_WORDS = 4.0  # of the largest difference
+ROOM_FOR_WORDS = 0.3  # of the decades from the least difference to the largest, above that
 DIGITS = 4  # of values of lines: less than a line's width
 LEAST = 1e-2  # per cent: smaller differences are drawn as this
 NAMES = {
@@ -158,7 +158,8 @@ def _difference_axis(every: Sequence[Agreement]) -> Axis:
     found = np.concatenate([each.difference[np.isfinite(each.difference)] for each in every])
     low, high = float(np.percentile(found, LOW_PART)), float(np.max(found))
     low = max(10.0 ** np.floor(np.log10(max(low, LEAST))), LEAST)
-    return Axis(DIFFERENCE, "log", low, max(high, 10 * low) * ROOM_FOR_WORDS, group="difference")
+    high = max(high, 10 * low)
+    return Axis(DIFFERENCE, "log", low, high * (high / low) ** ROOM_FOR_WORDS, group="difference")
 
 
 def _responses(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:

@@ -13,6 +13,8 @@ WIDE_LIST = ";  "  # parts of a sentence, set apart by blanks
 LONG = 40  # characters
 GAP = 2  # blanks between columns (`ksmea.show.text.aligned`)
 COLUMNS = re.compile(rf"\S {{{GAP},}}\S")
+CHANCE = re.compile(r"\bp (?:[=≤]|&lt;) (?=\d)")  # in one line, as the next
+TOGETHER = re.compile(r"[±×] (?=\d)|(?<=\d) %")
 NUMBER = re.compile(r"[-+−±~<>≤≥× ]*[\d.]+[⁰¹²³⁴-⁹]*([eE][-+]?\d+)?[ %]*|[-–∞?]|[-+−]?∞|nan|not known|never")
 
 
@@ -95,7 +97,7 @@ def _lines(is_table: bool, lines: list[str]) -> str:
 
 def _sentences(lines: Sequence[str]) -> Iterator[str]:
     for is_item, part in groupby(lines, lambda line: line.startswith(("  ", "- "))):
-        texts = [safe(line.strip().removeprefix("- ")) for line in part]
+        texts = [CHANCE.sub(_joined, safe(line.strip().removeprefix("- "))) for line in part]
         if is_item:
             yield f"<ul>{''.join(f'<li>{text}</li>' for text in texts)}</ul>"
         else:
@@ -103,9 +105,13 @@ def _sentences(lines: Sequence[str]) -> Iterator[str]:
 
 
 def unbroken(text: str) -> str:
-    """Text whose lines never end between a number and its ± or %.
+    """Text whose lines never end between a number and its ±, × or %, nor within 'p = 0.38'.
 
-    >>> unbroken("± 0.1 % of kxx") == "±\N{NO-BREAK SPACE}0.1\N{NO-BREAK SPACE}% of kxx"
-    True
+    >>> unbroken("± 0.1 % of kxx (p = 0.38)").replace("\N{NO-BREAK SPACE}", "_")
+    '±_0.1_% of kxx (p_=_0.38)'
     """
-    return text.replace("± ", "±\N{NO-BREAK SPACE}").replace(" %", "\N{NO-BREAK SPACE}%")
+    return TOGETHER.sub(_joined, CHANCE.sub(_joined, text))
+
+
+def _joined(found: re.Match[str]) -> str:
+    return found[0].replace(" ", "\N{NO-BREAK SPACE}")

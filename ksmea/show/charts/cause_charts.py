@@ -17,18 +17,15 @@ from ksmea.show import diagnosis_findings as findings
 from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken, one_panel
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
 from ksmea.show.charts.parts.bode import N_SD, residual_ground
-from ksmea.show.charts.parts.polar import FULL_TURN, REACH, rings, speeds_at, speeds_said, within
-from ksmea.show.charts.responses import Response, of_diagnosis
+from ksmea.show.charts.parts.polar import FULL_TURN, REACH, phase_in_words, rings, speeds_at, speeds_said, within
+from ksmea.show.charts.response_charts import LEAST_SIGMA, ROOM
+from ksmea.show.charts.responses import ACCEPTED, AS_GIVEN, WITH_CAUSE, Response, of_diagnosis
 from ksmea.show.readings import PLAIN, speed_digits, speed_form, speed_label
 
-ROOM_FOR_WORDS = 1.4  # times the largest residual
-LEAST_SIGMA = 3.0  # that the axis of residuals shows to both sides
 MOST_OTHERS = 8  # causes that the picture of noise shows
 ROW = 0.32  # inches of each
-GIVEN, WITH_CAUSE = "as given", "with the cause"
-NAMES = {"model before": GIVEN, "model after": WITH_CAUSE}
-STYLES = {GIVEN: (BEFORE, "dash"), WITH_CAUSE: (AFTER, "solid")}
-ACCEPTED = {"model before": ("model", (MODEL, "solid"))}  # of a model as given that is not rejected
+STYLES = {AS_GIVEN: (BEFORE, "dash"), WITH_CAUSE: (AFTER, "solid"), ACCEPTED: (MODEL, "solid")}
+ORBIT_ROOM = 1.15  # times the farthest point of an orbit: where axes end
 SYMBOLS = ("circle", "x")
 
 
@@ -50,9 +47,9 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     x = Axis(speed_label(notation), group="speed")
     elements: list[Element] = []
     for model, curve in response.curves.items():
-        label, (colour, dash) = _style(record, model)
+        colour, dash = STYLES[model]
         amplitude = broken(np.abs(curve.values[:, column]), curve.breaks)
-        elements.append(Line(broken(curve.speed, curve.breaks), amplitude, dash, 1.4, name=label, colour=colour))
+        elements.append(Line(broken(curve.speed, curve.breaks), amplitude, dash, 1.4, name=model, colour=colour))
     measured = np.abs(response.measured[:, column])
     elements.append(Points(response.speed, measured, size=3.5, name="measured", colour=MEASURED))
     name = response.shown_channels[column]
@@ -61,9 +58,8 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     if accepted:
         parts = response.residuals[accepted]
         panels.append(_residuals({part: left[:, column] for part, left in parts.items()}, response, x))
-    of = _style(record, accepted)[0] if accepted else ""
     left = (
-        f"; below: residuals of the model{'' if of == 'model' else f' {of}'} in σ of the noise, ± {N_SD:g} shaded"
+        f"; below: residuals of the model{'' if accepted == ACCEPTED else f' {accepted}'} in σ of the noise, ± {N_SD:g} shaded"
         if accepted
         else ""
     )
@@ -73,15 +69,8 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     return Chart(title, f"Dots: measured{left}.", (tuple(panels),), width=6.5)
 
 
-def _style(record: DiagnosisRecord, model: str) -> tuple[str, tuple[str, str]]:
-    """Name, colour and dash of a model's curve: one that is not rejected looks like any accepted model."""
-    if not record.is_rejected and model in ACCEPTED:
-        return ACCEPTED[model]
-    return NAMES[model], STYLES[NAMES[model]]
-
-
 def _residuals(parts: dict[str, Array], response: Response, x: Axis) -> Panel:
-    most = max(LEAST_SIGMA, *(float(np.max(np.abs(left))) for left in parts.values())) * ROOM_FOR_WORDS
+    most = max(LEAST_SIGMA, *(float(np.max(np.abs(left))) for left in parts.values())) * ROOM
     elements: list[Element] = list(residual_ground(parts, most, float(np.max(response.speed))))
     for (part, left), symbol in zip(parts.items(), SYMBOLS):
         said = f"{{x:{speed_form(response.notation)}}}: {{y:.2f}} σ ({part})"
@@ -101,40 +90,37 @@ def cause_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart | 
 
 
 def polar_chart(record: DiagnosisRecord, response: Response) -> Chart:
-    """The response of the worst channel in the complex plane, with speeds at some points.
-
-    Lead counts anticlockwise.
-    """
+    """The response of the worst channel in the complex plane, with speeds at some points."""
     column, notation = worst_channel(record, response), response.notation
     measured = response.measured[:, column]
     reach = float(np.max(np.abs(measured)))
-    elements = list(rings(reach, is_lag=notation.phase == "lag"))
+    said = speeds_said(response.speed, notation)
+    speeds = list(speeds_at(measured, said))
+    elements = list(rings(reach, notation, speeds))
     for model, curve in response.curves.items():
-        label, (colour, dash) = _style(record, model)
+        colour, dash = STYLES[model]
         values = within(curve.values[:, column], reach)
         re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
-        elements.append(Line(re, im, dash, 1.4, name=label, colour=colour))
-    said = speeds_said(response.speed, notation)
+        elements.append(Line(re, im, dash, 1.4, name=model, colour=colour))
     elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
-    elements += speeds_at(measured, said)
+    elements += speeds
     name = response.shown_channels[column]
     axis = Axis(low=-REACH * reach, high=REACH * reach, ticks={})
-    turning = "clockwise" if notation.phase == "lag" else "anticlockwise"
     return one_panel(
         elements, axis, axis, f"{name} in the complex plane",
-        f"{notation.unit}; 0° of phase to the right, {notation.phase} {turning}; numbers: speed in {notation.speed}.",
+        f"{notation.unit}; {phase_in_words(notation)}; numbers: speed in {notation.speed}.",
         height=3.7, is_to_scale=True, width=4.6,
     )  # fmt: skip
 
 
 def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
-    """The orbit of the plane with the largest misfit of the model as given, at the speed of that misfit.
+    """The orbit of the plane, and at the speed, at which the model as given differs most from the data.
 
     Displacements have no detection: a vibration of 2 mil pp moves the shaft from −1 to 1 mil.
     """
     notation = response.notation
     found: tuple[float, str, int] | None = None
-    given = response.at_speeds["model before"]
+    given = response.at_speeds[AS_GIVEN]
     for place, (columns, to_xy) in response.planes().items():
         misfit = np.linalg.norm((response.measured - given)[:, list(columns)] @ to_xy.T, axis=1)
         at = int(np.argmax(misfit))
@@ -143,17 +129,20 @@ def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
     _, place, at = found
     columns, to_xy = response.planes()[place]
     elements: list[Element] = []
-    for name, values in {"measured": response.measured, **{NAMES[m]: v for m, v in response.at_speeds.items()}}.items():
+    reach = 0.0
+    for name, values in {"measured": response.measured, **response.at_speeds}.items():
         x, y = _orbit(to_xy @ values[at, list(columns)] / DETECTIONS[notation.detection])
+        reach = max(reach, ORBIT_ROOM * float(np.max(np.abs([x, y]))))
         colour, dash = STYLES.get(name, (MEASURED, "dot"))
         width = 2.4 if name == "measured" else 1.4
         elements.append(Line(x, y, dash, width, name=name, colour=colour))
         elements.append(Points([x[0]], [y[0]], size=5.0, colour=colour, said="phase mark"))
     speed = f"{speed_digits(float(response.speed[at]), notation)} {notation.speed}"
     return one_panel(
-        elements, Axis(f"x, {notation.amplitude}"), Axis(f"y, {notation.amplitude}"),
+        elements, Axis(f"x, {notation.amplitude}", low=-reach, high=reach), Axis(f"y, {notation.amplitude}", low=-reach, high=reach),
         f"Orbit at {response.plane_name(place)}, {speed}",
-        "Path of the shaft at the speed of the largest misfit; dots: at the phase mark.", height=3.7, is_to_scale=True, width=4.6,
+        f"Path of the shaft at the largest difference in {notation.amplitude}, model as given; dots: at the phase mark.",
+        height=3.7, is_to_scale=True, width=4.6,
     )  # fmt: skip
 
 

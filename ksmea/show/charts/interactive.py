@@ -175,7 +175,7 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.
             if any(isinstance(each, of.Heat) for each in panel.elements):
                 own |= {"showgrid": False}
             if side == "x" and _is_named_below(shown, next(each for each in numbers if number in each), number):
-                own |= {"showticklabels": False, "title": {"text": ""}}
+                own |= {"showticklabels": False, "ticks": "", "title": {"text": ""}}
             made[f"{side}axis{end}"] = own
         if panel.is_to_scale:
             made[f"yaxis{end}"] |= {"scaleanchor": f"x{end}", "constrain": "domain"}

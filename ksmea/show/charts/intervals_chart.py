@@ -14,6 +14,7 @@ from ksmea.show.text import rounded_alike, with_ends
 
 OPEN_REACH = 1.15  # times the farthest end that is drawn: where the axis, and an interval that is open, end
 FAR = 10.0  # times the reach of the intervals that are believed, beyond which arrows are drawn; tables have the values
+MOST_OF = 75  # per cent of the believed intervals set the reach: one that is hardly known would hide all others
 AT_EDGE = 0.97  # of the way to the edge: where arrows are
 ROW = 0.48  # inches for each unknown
 
@@ -22,8 +23,8 @@ def intervals_chart(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[
     """Values and intervals of the unknowns, by name, in each series, by name, as deviations in per cent.
 
     Deviations are from the value of the last series that has the unknown, in per cent of it; of an angle, in per cent
-    of 1 rad. `truth` has true values in the same units. The axis reaches at most `FAR` times as far as the intervals of
-    these last series; a value beyond is an arrow at its edge.
+    of 1 rad. `truth` has true values in the same units. The axis reaches at most `FAR` times as far as three quarters of
+    the intervals of these last series; a value or an end beyond, and an open end, is an arrow at its edge.
     """
     series = list(dict.fromkeys(name for of in unknowns.values() for name in of))
     names = list(unknowns)
@@ -31,7 +32,9 @@ def intervals_chart(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[
     zero = {name: each.value for name, each in believed.items()}
     scale = {name: _scale(believed[name]) or _reach(of.values()) for name, of in unknowns.items()}
     every = [_farthest(each, zero[name], scale[name]) for name, of in unknowns.items() for each in of.values()]
-    own = max((_farthest(each, zero[name], scale[name]) for name, each in believed.items()), default=0.0)
+    reaches = [_farthest(each, zero[name], scale[name]) for name, each in believed.items()]
+    known = [each for each in reaches if each > 0]
+    own = float(np.percentile(known, MOST_OF, method="higher")) if known else 0.0
     edge = OPEN_REACH * (min(max(every, default=0.0), FAR * own if own else np.inf) or 1.0)
     elements: list[Element] = [Level(at=0.0, along="x", dash="solid", width=0.8)]
     arrows: list[Element] = []
@@ -53,21 +56,23 @@ def intervals_chart(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[
         elements.append(
             Points(at, rows, symbol(number), 6.0, left=left, right=right, name=series_name, colour=colour, said=said)
         )
-        for row, name, each in beyond:
-            way = 1 if each.value > zero[name] else -1
+        out = [(*each, 1 if each[2].value > zero[each[1]] else -1) for each in beyond]
+        for one, low, high in zip(inside, left, right):
+            out += [(*one, way) for way, end in ((-1, low), (1, high)) if way * end >= edge]
+        for row, name, each, way in out:
             shape = "triangle right" if way > 0 else "triangle left"
             arrows.append(Points([way * AT_EDGE * edge], [row], shape, 7.0, colour=colour, said=[_said(name, each)]))
     elements += arrows
-    if known := [(at, name) for at, name in enumerate(names) if np.isfinite(truth.get(name, np.nan))]:
-        at = [_pct(truth[name], zero[name], scale[name]) for _, name in known]
-        said = [f"{name}: {_with_digits_of(truth[name], believed[name])}" for _, name in known]
-        elements.append(Points(at, [row for row, _ in known], "x", 7.0, name="true value", colour=REFERENCE, said=said))
+    if true := [(at, name) for at, name in enumerate(names) if np.isfinite(truth.get(name, np.nan))]:
+        at = [_pct(truth[name], zero[name], scale[name]) for _, name in true]
+        said = [f"{name}: {_with_digits_of(truth[name], believed[name])}" for _, name in true]
+        elements.append(Points(at, [row for row, _ in true], "x", 7.0, name="true value", colour=REFERENCE, said=said))
     label = f'difference from "{series[-1]}" (%)' if len(series) > 1 else "difference from the value found (%)"
     rows_axis = Axis(
         low=-0.5, high=len(names) - 0.5, ticks={float(at): name for at, name in enumerate(names)}, is_reversed=True
     )
     caption += " Angles: 100 % is 1 rad." if any(_is_angle(each) for each in believed.values()) else ""
-    caption += " Arrows: beyond that edge, as the table says." if arrows else ""
+    caption += " Arrows: beyond that edge or open, as the table says." if arrows else ""
     x = Axis(label, low=-edge, high=edge, better="middle")
     return one_panel(elements, x, rows_axis, "Unknowns with their intervals", caption, height=0.2 + ROW * len(names))
 

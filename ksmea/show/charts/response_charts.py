@@ -1,7 +1,7 @@
 """Measured and modelled response over speed (Bode) and in the complex plane (Nyquist).
 
-A stack for each channel. Units and names of channels are those of the response's notation. Phases are lags in any
-notation, as a Bode plot of a rotor has them (API 684), and their labels say so.
+A stack for each channel. Units and names of channels are those of the response's notation. A Bode plot has phase lag in
+any notation, as is usual for rotors (API 684), and its label says so; a polar plot counts phases as the notation does.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from ksmea.show.charts.parts.bode import (
     TURN,
     around,
     close_pairs,
-    lag_along,
+    lags_along,
     marks,
     nearest_lag,
     phase_ticks,
     residual_ground,
     resonances,
 )
-from ksmea.show.charts.parts.polar import BEYOND, REACH, rings, speeds_at, speeds_said, within
-from ksmea.show.charts.responses import ModelCurve, Response
+from ksmea.show.charts.parts.polar import BEYOND, REACH, phase_in_words, rings, speeds_at, speeds_said, within
+from ksmea.show.charts.responses import AS_GIVEN, WITH_CAUSE, ModelCurve, Response
 from ksmea.show.readings import PLAIN, amplitude_label, speed_digits, speed_form, speed_label
 
 AMPLITUDE, PHASE, SPEED = amplitude_label(PLAIN), "phase lag (°)", speed_label(PLAIN)
 MOST_ERROR_BARS = 400  # points; more are drawn without
 ACROSS, MAX_CHANNELS = 3, 9  # of a picture; pages and records have all
-COLOURS = {"model before": BEFORE, "model after": AFTER}  # of models; of any other: MODEL
-DASHES = {"model before": "dash"}  # of lines; all others are solid
+COLOURS = {AS_GIVEN: BEFORE, WITH_CAUSE: AFTER}  # of models; of any other: MODEL
+DASHES = {AS_GIVEN: "dash"}  # of lines; all others are solid
 SYMBOLS, MARKS = ("circle", "x"), ("●", "×")  # of the parts of residuals, and as a caption shows them
 MOST_ZOOMED = 3  # channels that have a column for a close pair
-LEAST_SIGMA, ROOM_FOR_WORDS = 3.0, 1.4  # that the axis of residuals shows at least, and times the largest residual
+LEAST_SIGMA, ROOM = 3.0, 1.1  # that the axis of residuals shows at least, and times the largest residual
 PHASE_ROOM = 0.5  # of the range of phases, above them
 
 
@@ -107,7 +107,7 @@ def _panels(
         elements, x, Axis(amplitude_label(notation), "log", group="amplitude"), "" if response.has_phase else title, 2.6
     )
     for name, parts in response.residuals.items():
-        most = max(LEAST_SIGMA, *(float(np.nanmax(np.abs(left))) for left in parts.values())) * ROOM_FOR_WORDS
+        most = max(LEAST_SIGMA, *(float(np.nanmax(np.abs(left))) for left in parts.values())) * ROOM
         own = {part: left[:, column] for part, left in parts.items()}
         ground = list(residual_ground(own, most, float(np.max(response.speed))))
         points = [
@@ -117,7 +117,7 @@ def _panels(
             )
             for (part, left), symbol in zip(own.items(), SYMBOLS)
         ]  # fmt: skip
-        of_model = f"\n{name.removeprefix('model ')}" if len(response.residuals) > 1 else ""
+        of_model = f"\n{name}" if len(response.residuals) > 1 else ""
         y = Axis(f"residual / σ{of_model}", low=-most, high=most, group=name)
         yield Panel((*(ground if pair is None else ground[:-1]), *points), x, y, height=1.4)
 
@@ -144,7 +144,7 @@ def _lags(response: Response, column: int) -> list[Array]:
     if not models:
         return [np.degrees(-np.angle(measured)) % TURN]
     own = nearest_lag(measured, response.speed, response.breaks, models[-1], column)
-    return [own, *(lag_along(curve, column) for curve in models)]
+    return [own, *lags_along(models, column)]
 
 
 def _amplitude(response: Response, column: int) -> Iterator[Element]:
@@ -192,27 +192,25 @@ def _line(model: str, x: Array, y: Array, said: str | list[str] = "") -> Line:
 
 
 def nyquist_chart(response: Response) -> Chart:
-    """The response in the complex plane, with rings of equal amplitude and speeds at some points.
-
-    0° is to the right, lag clockwise.
-    """
+    """The response in the complex plane, with rings of equal amplitude and speeds at some points."""
     stacks = []
     for column, channel in enumerate(response.shown_channels):
         measured = response.measured[:, column]
         reach = float(np.max(np.abs(measured)))
-        elements = list(rings(reach))
+        said = speeds_said(response.speed, response.notation)
+        speeds = list(speeds_at(measured, said))
+        elements = list(rings(reach, response.notation, speeds))
         for model, curve in response.curves.items():
             values, speed = within(curve.values[:, column], reach), broken(curve.speed, curve.breaks)
             re, im = (broken(part, curve.breaks) for part in (values.real, values.imag))
             elements.append(_line(model, re, im, speeds_said(speed, response.notation)))
-        said = speeds_said(response.speed, response.notation)
         elements.append(Points(measured.real, measured.imag, size=3.5, name="measured", colour=MEASURED, said=said))
-        elements += speeds_at(measured, said)
+        elements += speeds
         axis = Axis(low=-REACH * reach, high=REACH * reach, ticks={})
         stacks.append((Panel(tuple(elements), axis, axis, channel, 3.4, is_to_scale=True),))
     return Chart(
         "Response in the complex plane",
-        f"Polar plot of each channel, {response.notation.unit}; 0° of phase to the right, lag clockwise; dots: measured, lines: {_models(response)}, up to"
+        f"Polar plot of each channel, {response.notation.unit}; {phase_in_words(response.notation)}; dots: measured, lines: {_models(response)}, up to"
         f" {BEYOND:g} times the largest measured amplitude; numbers: speed in {response.notation.speed}.",
         tuple(stacks), _across(stacks), choices=_choices(response), of_stacks="channel",
     )  # fmt: skip
@@ -231,9 +229,9 @@ def _has_bars(response: Response) -> bool:
 
 def _models(response: Response) -> str:
     """The models in words, and where there are several how their lines look."""
-    if len(response.curves) == 1:
-        return next(iter(response.curves))
-    return " and ".join(f"{name} ({'dashed' if name in DASHES else 'solid'})" for name in response.curves)
+    names = [f"{name} ({'dashed' if name in DASHES else 'solid'})" for name in response.curves]
+    said = " and ".join(names if len(names) > 1 else response.curves)
+    return f"model {said}" if any(name in COLOURS for name in response.curves) else said
 
 
 def _choices(response: Response) -> tuple[Choice, ...]:

@@ -20,6 +20,8 @@ from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.show.readings import PLAIN, speed_unit, vibration_unit
 
+AS_GIVEN, WITH_CAUSE = "as given", "with the cause"  # models of a diagnosis, in words
+ACCEPTED = "model"  # the model as given if it is not rejected
 LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
 OF_A_PLANE = re.compile(
     r"(?P<harmonic>.*?)(?P<direction>[xy]|[-+.e0-9]+(?=°))°? at (?P<place>.+)"
@@ -121,7 +123,7 @@ def of_fit(fit: FitCurves, name: str = "fitted", notation: Notation = PLAIN) -> 
 
 
 def of_diagnosis(record: DiagnosisRecord, notation: Notation = PLAIN) -> Response | None:
-    """Response of a diagnosis in a notation, before and after the extension, with residuals.
+    """Response of a diagnosis in a notation, by the model as given and with the cause, with residuals.
 
     Residuals are in units of one law of noise (`residuals.py`). None for a record without curves. A model's curve is
     the fine one of the record; for records without it, the one at the measured speeds.
@@ -132,8 +134,10 @@ def of_diagnosis(record: DiagnosisRecord, notation: Notation = PLAIN) -> Respons
     unit = vibration_unit(notation)
     speed = np.array(curves.speed) / speed_unit(notation)
     measured = as_complex(curves.responses.measured)
-    values = {"model before": curves.responses.before, "model after": curves.responses.after}
-    fine = {"model before": curves.fine_before, "model after": curves.fine_after}
+    given = AS_GIVEN if record.is_rejected else ACCEPTED
+    values = {given: curves.responses.before, WITH_CAUSE: curves.responses.after}
+    fine = {given: curves.fine_before, WITH_CAUSE: curves.fine_after}
+    names = {"before": given, "after": WITH_CAUSE}
     at_speeds = {name: _with_phase(as_complex(found)) / unit for name, found in values.items() if found is not None}
     coarse = {name: ModelCurve(speed, found, curves.breaks) for name, found in at_speeds.items()}
     drawn = {name: _curve(found, notation) for name, found in fine.items() if found is not None}
@@ -145,9 +149,7 @@ def of_diagnosis(record: DiagnosisRecord, notation: Notation = PLAIN) -> Respons
         sd=None,
         curves=coarse | drawn,
         at_speeds=at_speeds,
-        residuals={
-            f"model {when}": _parts(found, at_speeds[f"model {when}"]) for when, found in residuals(record).items()
-        },
+        residuals={names[when]: _parts(found, at_speeds[names[when]]) for when, found in residuals(record).items()},
         averaged=_averaged(curves, unit),
         breaks=curves.breaks,
         notation=notation,

@@ -3,6 +3,7 @@
   const figures = [...document.querySelectorAll("figure.plot")];
   const coarse = matchMedia("(pointer: coarse)").matches;
   const TITLE_LINE = 20; // px, of a title that a saved picture has
+  const ORBIT_ROOM = 1.15, TICK = 70; // times an orbit's reach: where its axes end; px for each of their numbers
   const PRINT_WIDTH = 660; // px, inside the margins of a sheet
 
   for (const button of document.querySelectorAll("button[data-do=copy]")) {
@@ -190,10 +191,11 @@
       font: { size: 12, family: "system-ui, sans-serif" }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       legend: { orientation: "h", x: 0, y: 1, yref: "container", yanchor: "top" },
       grid: { rows: 1, columns: names.length, pattern: "independent", xgap: 0.15 }, annotations: [] };
+    const nticks = Math.max(4, Math.min(5, Math.floor(canvas.clientWidth / names.length / TICK)));
     names.forEach((name, index) => {
       const end = index ? index + 1 : "";
-      layout["xaxis" + end] = { title: { text: `x (${spec.unit})` }, constrain: "domain" };
-      layout["yaxis" + end] = { title: index ? undefined : { text: `y (${spec.unit})` }, scaleanchor: "x" + end, constrain: "domain" };
+      layout["xaxis" + end] = { title: { text: `x (${spec.unit})` }, constrain: "domain", tickangle: 0, nticks };
+      layout["yaxis" + end] = { title: index ? undefined : { text: `y (${spec.unit})` }, scaleanchor: "x" + end, constrain: "domain", nticks };
       layout.annotations.push({ text: inert(name), showarrow: false, xref: `x${end} domain`, yref: `y${end} domain`, x: 0.5, y: 1.09 });
     });
     function traces(at) {
@@ -207,6 +209,8 @@
           { ...common, x: [xr], y: [yr], mode: "markers", showlegend: false, marker: { color: colours[kind], size: 8 } }];
       }));
     }
+    /** Largest displacement in x or y. */
+    const farthest = ([xr, xi, yr, yi]) => Math.max(Math.hypot(xr, xi), Math.hypot(yr, yi)) || 1;
     /** Above 0 where the orbit turns as the shaft does: x y' − y x' is the same at every instant. */
     const whirl = ([xr, xi, yr, yi]) => (xi * yr - xr * yi >= 0 ? "forward" : "backward");
     const show = () => {
@@ -214,7 +218,11 @@
       const said = names.map((name) => `${name}: ${whirl(Object.values(spec.planes[name])[0][at])} whirl`).join("; ");
       output.textContent = `${spec.speed[at].toFixed(spec.decimals)} ${spec.speedUnit}; ${said}`;
       slider.setAttribute("aria-valuetext", output.textContent);
-      Plotly.react(canvas, traces(at), layout, { displayModeBar: false, responsive: true });
+      for (const [index, name] of names.entries()) {
+        const end = index ? index + 1 : "", reach = ORBIT_ROOM * Math.max(...Object.values(spec.planes[name]).map((kind) => farthest(kind[at])));
+        for (const side of ["xaxis", "yaxis"]) layout[side + end] = { ...layout[side + end], range: [-reach, reach] };
+      }
+      Plotly.react(canvas, traces(at), { ...layout }, { displayModeBar: false, responsive: true });
     };
     slider.addEventListener("input", show);
     show();

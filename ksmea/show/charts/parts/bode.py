@@ -33,15 +33,38 @@ def lag_along(curve: ModelCurve, column: int) -> Array:
     return np.concatenate([lag - TURN * np.floor(lag[0] / TURN) if len(lag) else lag for lag in lags])
 
 
+def lags_along(curves: Sequence[ModelCurve], column: int) -> list[Array]:
+    """Phase lags (n,), degrees, of several models, each run in the turn nearest to the last model's.
+
+    The typical distance of a run counts: two models that pass an antiresonance on different sides meet in one part alone.
+    """
+    last = lag_along(curves[-1], column)
+    lags = [lag_along(curve, column) for curve in curves[:-1]]
+    near = [_nearer(lag, curve.speed, curve.breaks, curves[-1], last) for lag, curve in zip(lags, curves)]
+    return [*near, last]
+
+
+def _nearer(lag: Array, speed: Array, breaks: Sequence[int], other: ModelCurve, of_other: Array) -> Array:
+    """A lag (n,), degrees, whose runs are shifted by whole turns to another model's."""
+    expected = _at_speeds(other, of_other, speed, breaks)
+    if expected is None:
+        return lag
+    turns = [np.round(np.median((expected - lag)[rows]) / TURN) for rows in _runs(len(speed), breaks)]
+    return lag + TURN * np.repeat(turns, np.diff([0, *breaks, len(speed)]))
+
+
 def nearest_lag(measured: ComplexArray, speed: Array, breaks: Sequence[int], curve: ModelCurve, column: int) -> Array:
     """Measured phase lag (n_speed,), degrees, in the turn that is nearest to a model's, run by run."""
     lag = np.degrees(-np.angle(measured))
-    of_model = lag_along(curve, column)
+    expected = _at_speeds(curve, lag_along(curve, column), speed, breaks)
+    return lag if expected is None else np.asarray(lag + TURN * np.round((expected - lag) / TURN))
+
+
+def _at_speeds(curve: ModelCurve, lag: Array, speed: Array, breaks: Sequence[int]) -> Array | None:
+    """The lag of a model's curve at other speeds, run by run; None if the runs are not the curve's."""
     rows = zip(_runs(len(speed), breaks), _runs(len(curve.speed), curve.breaks))
-    expected = [np.interp(speed[own], *_ascending(curve.speed[fine], of_model[fine])) for own, fine in rows]
-    if sum(map(len, expected)) != len(speed):
-        return lag
-    return np.asarray(lag + TURN * np.round((np.concatenate(expected) - lag) / TURN))
+    found = [np.interp(speed[own], *_ascending(curve.speed[fine], lag[fine])) for own, fine in rows]
+    return np.concatenate(found) if sum(map(len, found)) == len(speed) else None
 
 
 def _ascending(speed: Array, values: Array) -> tuple[Array, Array]:
@@ -121,7 +144,7 @@ def outside(parts: Mapping[str, Array]) -> str:
 
 
 def residual_ground(parts: Mapping[str, Array], most: float, right: float) -> Iterator[Element]:
-    """The band of ± 2 σ, and how many residuals lie outside of it, at the upper right."""
+    """The band of ± 2 σ, and above the panel how many residuals lie outside of it."""
     yield Span(low=-N_SD, high=N_SD)
     yield Level(at=0.0, dash="solid", width=0.6)
-    yield Words(x=right, y=most, text=outside(parts), side="right", edge="top", has_ground=True)
+    yield Words(x=right, y=most, text=outside(parts), side="right", edge="bottom", offset=(0.0, 1.0))

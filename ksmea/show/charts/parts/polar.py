@@ -6,38 +6,52 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
-from ksmea.measurement.notation import Notation
+from ksmea.arrays import Array, ComplexArray, peak_indices
+from ksmea.measurement.notation import LAG, Notation
 from ksmea.show.charts.chart import Element, Level, Line, Words
 from ksmea.show.charts.colours import CONTEXT
 from ksmea.show.readings import speed_digits
 
 N_RING, LEAST_STEP = 3, 0.6  # circles, and the least distance of theirs, of an equal one
 LABELLED = 6  # speeds with a number
-LEAST_APART = 0.25  # of the largest amplitude: numbers that are nearer hide each other
+LEAST_APART = 0.25  # of the largest amplitude: points that are nearer need no further number
+WIDTH, HEIGHT, AWAY = 0.42, 0.18, 0.15  # of the largest amplitude: a number, and its distance, in a panel 2 inches wide
+DIAGONALS = np.exp(0.25j * np.pi * np.array([-1, -3, 3, 1]))
 BEYOND = 1.2  # times the largest measured amplitude: where curves end
 REACH = 1.35  # times the largest measured amplitude: where axes end
 FULL_TURN = np.linspace(0, 2 * np.pi, 121)
 
 
-def rings(reach: float, *, is_lag: bool = True) -> Iterator[Element]:
-    """Circles at round radii with their values, and axes with the phase at their ends.
+def phase_in_words(notation: Notation) -> str:
+    """How a polar plot shows phases: '0° of phase to the right, lead anticlockwise'."""
+    turning = "clockwise" if notation.phase == LAG else "anticlockwise"
+    return f"0° of phase to the right, {notation.phase} {turning}"
 
-    0° is to the right, lag clockwise.
+
+def rings(reach: float, notation: Notation, speeds: Sequence[Words] = ()) -> Iterator[Element]:
+    """Circles at round radii with their values, and axes with the phase of a notation at their ends.
+
+    The values stand on the diagonal where the fewest meet the names of `speeds`, which hide them.
     """
     raw = reach / N_RING
     power = 10.0 ** np.floor(np.log10(raw))
     step = power * next(each for each in (1, 2, 5, 10) if each * power >= LEAST_STEP * raw)
-    for radius in np.arange(1, np.floor(reach / step) + 1) * step:
+    radii = np.arange(1, np.floor(reach / step) + 1) * step
+    taken = _moved(np.array([complex(each.x, each.y) for each in speeds]), reach)
+    is_hidden = [[_is_near(radius * diagonal, taken, reach) for radius in radii] for diagonal in DIAGONALS]
+    best = int(np.argmin(np.sum(is_hidden, axis=1)))
+    for radius, is_left_out in zip(radii, is_hidden[best]):
         yield Line(radius * np.cos(FULL_TURN), radius * np.sin(FULL_TURN), width=0.5, colour=CONTEXT, opacity=0.6)
-        yield Words(x=0.0, y=-float(radius), text=f"{radius:g}", edge="top", offset=(0.0, -1.0))
+        at = radius * DIAGONALS[best]
+        if not is_left_out:
+            yield Words(x=float(at.real), y=float(at.imag), text=f"{radius:g}")
     yield Level(at=0.0, dash="solid", width=0.4, colour=CONTEXT)
     yield Level(at=0.0, along="x", dash="solid", width=0.4, colour=CONTEXT)
     end = REACH * reach
-    ends = {0: (end, 0.0), 90: (0.0, -end), 180: (-end, 0.0), 270: (0.0, end)}
-    for angle, (x, y) in ends.items():
-        shown = f" {angle if is_lag else -angle % 360}°"
-        yield Words(x=x, y=y, text=shown, side="left" if angle else "right", edge="top" if angle == 270 else "bottom")
+    ends = {0: (end, 0.0), 90: (0.0, end), 180: (-end, 0.0), 270: (0.0, -end)}
+    for lead, (x, y) in ends.items():
+        shown = f" {notation.angle(lead):.0f}°"
+        yield Words(x=x, y=y, text=shown, side="left" if lead else "right", edge="top" if lead == 90 else "bottom")
 
 
 def within(values: ComplexArray, reach: float) -> ComplexArray:
@@ -60,15 +74,36 @@ def speeds_at(measured: ComplexArray, said: Sequence[str]) -> Iterator[Words]:
 
 
 def labelled(measured: ComplexArray) -> list[int]:
-    """Points that lie apart: each the one farthest from those before.
+    """Points whose numbers do not hide each other.
 
-    The first speed and the largest amplitude are first.
+    The largest amplitude, the first and the last speed and the other resonances come first, then each the one farthest
+    from those before.
     """
-    chosen = [0, int(np.argmax(np.abs(measured)))]
-    least = LEAST_APART * float(np.max(np.abs(measured)))
-    while len(chosen) < min(LABELLED, len(measured)):
-        apart = np.min(np.abs(measured[:, None] - measured[None, chosen]), axis=1)
-        if apart.max() < least:
+    size = np.abs(measured)
+    largest = float(np.max(size))
+    places = _moved(measured, largest)
+    peaks = peak_indices(size)
+    chosen: list[int] = []
+
+    def free(candidates: Sequence[int]) -> list[int]:
+        return [at for at in candidates if not _is_near(places[at], places[chosen], largest)]
+
+    for at in (int(np.argmax(size)), 0, len(measured) - 1, *peaks[np.argsort(-size[peaks])].tolist()):
+        chosen += free([at]) if len(chosen) < LABELLED else []
+    while len(chosen) < LABELLED and (candidates := free(range(len(measured)))):
+        apart = np.min(np.abs(measured[candidates][:, None] - measured[None, chosen]), axis=1)
+        if apart.max() < LEAST_APART * largest:
             break
-        chosen.append(int(np.argmax(apart)))
-    return sorted(set(chosen))
+        chosen.append(candidates[int(np.argmax(apart))])
+    return sorted(chosen)
+
+
+def _moved(points: ComplexArray, reach: float) -> ComplexArray:
+    """Where the numbers of points stand."""
+    return np.asarray(points + AWAY * reach * np.exp(1j * np.angle(points)))
+
+
+def _is_near(place: complex, taken: ComplexArray, reach: float) -> bool:
+    """Whether a number hides one of others."""
+    apart = (place - taken) / reach
+    return bool(np.any((np.abs(apart.real) < WIDTH) & (np.abs(apart.imag) < HEIGHT)))
