@@ -1,5 +1,6 @@
 """One BLAS thread per process, set before numpy loads: the cores belong to the processes that the tests run in."""
 
+import compileall
 import os
 import signal
 from pathlib import Path
@@ -12,6 +13,8 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 # What commands keep between them is the tests' own, not the user's.
 os.environ.setdefault("BENCH_CACHE", str(Path(__file__).parents[1] / ".pytest_cache"))
+
+PACKAGES = ("bench", "hydra_plugins", "ksmea", "measurements", "optimizers", "problems", "surrogates")
 
 collect_ignore = ["helpers/run_ups_by_ross.py"]  # needs the extra `peers`, as tests/test_peer_data.py says
 
@@ -26,8 +29,15 @@ def heeds_sigint():
 
 
 def pytest_xdist_auto_num_workers(config):
-    """One more than the cores: a test that waits for a process, a clock or a lock leaves its core to another."""
-    return len(os.sched_getaffinity(0)) + 1
+    """Two more than the cores: a test that waits for a process, a clock or a lock leaves its core to another."""
+    return len(os.sched_getaffinity(0)) + 2
+
+
+def pytest_sessionstart(session):
+    """Compile the project once, not in each of the hundreds of processes that tests start where Python may write no bytecode."""
+    if not hasattr(session.config, "workerinput"):
+        for package in PACKAGES:
+            compileall.compile_dir(Path(__file__).parents[1] / package, quiet=2)
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -251,7 +252,7 @@ def beyond_joint_region(results: pd.DataFrame, n_unknown: int) -> tuple[float, f
     """
     if "search_excess" not in results or not (excess := results["search_excess"].dropna().astype(float)).size:
         return np.nan, np.nan
-    return float(excess.median()), float(100 * (excess > scipy.stats.chi2.ppf(LEVEL, n_unknown)).mean())
+    return float(excess.median()), float(100 * (excess > scipy.special.chdtri(n_unknown, 1 - LEVEL)).mean())
 
 
 def _of_cell(plan: Plan, row: pd.Series) -> str:
@@ -295,11 +296,12 @@ LEVEL = 0.95
 
 
 def interval(count: int, n: int) -> tuple[float, float]:
-    """Wilson's interval of a rate of `count` in n draws, 0 to 1."""
+    """Wilson's interval of a rate of `count` in n draws, 0 to 1 (J. Am. Stat. Assoc. 22 (1927) 209–212)."""
     if not n:
         return 0.0, 1.0
-    found = scipy.stats.binomtest(count, n).proportion_ci(LEVEL, method="wilson")
-    return float(found.low), float(found.high)
+    z2 = NormalDist().inv_cdf((1 + LEVEL) / 2) ** 2
+    middle, half = count + z2 / 2, float(np.sqrt(z2 * (count * (n - count) / n + z2 / 4)))
+    return (middle - half) / (n + z2), (middle + half) / (n + z2)
 
 
 def rate(count: int, n: int) -> str:

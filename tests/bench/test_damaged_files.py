@@ -9,7 +9,7 @@ from unittest.mock import patch
 
 import openpyxl
 import pytest
-from hypothesis import event, given
+from hypothesis import event, given, settings
 
 from bench import main as bench_main
 from bench.reports import collect
@@ -136,7 +136,11 @@ def test_damaged_files_are_read_or_refused_in_one_visible_line(target, table3, t
         if example.suffix in (".yaml", ".csv"):
             (folder / example.name).write_bytes(without_remarks(example))
     with_sheet(folder)
+    examples = settings().max_examples
+    if attempt is use_results:  # seven commands each
+        examples //= 2
 
+    @settings(max_examples=examples)
     @given(damaged((folder / file).read_bytes(), slips))
     def is_read_or_refused(content):
         def read():
