@@ -2,7 +2,7 @@
 
 `python docs/extensions/page_pictures.py PAGE.html NAME [HEIGHT]`.
 
-Writes docs/_static/page_NAME_light.png and page_NAME_dark.png, 1000 px wide with 64 colours, by a headless Chromium
+Writes docs/_static/page_NAME_light.png and page_NAME_dark.png, 1000 px wide with 160 colours, by a headless Chromium
 (`chromium` on the path, or as CHROMIUM says).
 """
 
@@ -17,7 +17,7 @@ from pathlib import Path
 from PIL import Image
 
 STATIC = Path(__file__).resolve().parents[1] / "_static"
-WIDTH, HEIGHT, COLOURS = 1000, 700, 64
+WIDTH, HEIGHT, COLOURS = 1000, 700, 160
 MARGIN = 100  # px below the picture, which the window leaves black
 THEMES = {"light": [], "dark": ["--blink-settings=preferredColorScheme=0"]}
 FLAGS = ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--virtual-time-budget=20000"]
