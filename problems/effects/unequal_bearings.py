@@ -5,7 +5,7 @@ coefficients for fluid film journal bearings, J. Tribology 109 (1987) 37–41). 
 moves more than the other. Direct coefficients change, cross-coupled ones do not.
 
 Each bearing is tried by itself, with its stiffness or with stiffness and damping. Two bearings that share their unknowns are one place:
-a first one that is stiffer is a second one that is softer, so the second differs and the common values are those of the first. A coefficient
+a first one that is stiffer is a second one that is softer, so the second differs and the first has the common values. A coefficient
 that an unknown sets for one bearing alone cannot differ from itself, and is left out.
 """
 

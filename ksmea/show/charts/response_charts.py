@@ -1,6 +1,6 @@
 """Measured and modelled response over speed (Bode) and in the complex plane (Nyquist).
 
-A stack for each channel. Units and names of channels are those of the response's notation. A Bode plot has phase lag in
+A stack for each channel. Units and names of channels follow the response's notation. A Bode plot has phase lag in
 any notation, as is usual for rotors (API 684), and its label says so; a polar plot counts phases as the notation does.
 """
 

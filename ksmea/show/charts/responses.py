@@ -45,7 +45,7 @@ class Response:
     """Data (n_speed, n_channel) over speed (n_speed,); amplitudes alone where `has_phase` is False.
 
     Speeds and vibrations are in the units of `notation`, µm 0-peak and rpm by default; complex values are always leads.
-    Channels have their own names, such as 'x at 0.1 m'; `shown_channels` are those of the notation.
+    Channels have their own names, such as 'x at 0.1 m'; `shown_channels` are the names in the notation.
 
     By the name of each model it has its curve, its response at the measured speeds, and residuals in units of the noise
     by their part. `breaks` are the starts of the measured speeds of a further run. `sd` is along the amplitude,

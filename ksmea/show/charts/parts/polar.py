@@ -99,7 +99,7 @@ def labelled(measured: ComplexArray) -> list[int]:
 
 
 def _moved(points: ComplexArray, reach: float) -> ComplexArray:
-    """Where the numbers of points stand."""
+    """Places of the numbers of points."""
     return np.asarray(points + AWAY * reach * np.exp(1j * np.angle(points)))
 
 
