@@ -28,11 +28,6 @@ def heeds_sigint():
     signal.signal(signal.SIGINT, before)
 
 
-def pytest_xdist_auto_num_workers(config):
-    """Two more than the cores: a test that waits for a process, a clock or a lock leaves its core to another."""
-    return len(os.sched_getaffinity(0)) + 2
-
-
 def pytest_sessionstart(session):
     """Compile the project once, not in each of the hundreds of processes that tests start where Python may write no bytecode."""
     if not hasattr(session.config, "workerinput"):

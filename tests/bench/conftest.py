@@ -17,7 +17,7 @@ from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs
 
 # Damaged files (tests/helpers/damaged_files.py): the same ones at each call, or many others with --hypothesis-profile=long.
 EVER = {"database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
-settings.register_profile("short", max_examples=60, derandomize=True, **EVER)
+settings.register_profile("short", max_examples=40, derandomize=True, **EVER)
 settings.register_profile("long", max_examples=2000, print_blob=True, **EVER)
 settings.load_profile("short")
 
