@@ -12,7 +12,6 @@ import numpy as np
 
 from bench.plan.page import Block, Drawn, Orbits
 from ksmea.arrays import ComplexArray
-from ksmea.measurement.notation import DETECTIONS
 from ksmea.show.charts.chart import Chart
 from ksmea.show.charts.response_charts import COLOURS, nyquist_chart
 from ksmea.show.charts.responses import ACCEPTED, Response
@@ -30,10 +29,7 @@ def response_blocks(response: Response, over_speed: Chart, file: str) -> Iterato
 
 
 def orbits(response: Response) -> Orbits:
-    """The orbits of all planes with probes in two directions, measured and by the last model.
-
-    Displacements have no detection: a vibration of 2 mil pp moves the shaft from −1 to 1 mil.
-    """
+    """The orbits of all planes with probes in two directions, measured and by the last model."""
     notation = response.notation
     name, modelled = list(response.at_speeds.items())[-1]
     curves = {"measured": response.measured, "model": modelled}
@@ -46,8 +42,7 @@ def orbits(response: Response) -> Orbits:
         tuple(response.speed.tolist()),
         {
             response.plane_name(place): {
-                curve: _phasors(values[:, columns] @ to_xy.T / DETECTIONS[notation.detection])
-                for curve, values in curves.items()
+                curve: _phasors(values[:, columns] @ to_xy.T) for curve, values in curves.items()
             }
             for place, (columns, to_xy) in response.planes().items()
         },

@@ -8,8 +8,8 @@ earlier versions are translated when they are read.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Self
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from ksmea.records.extension import (
     PredictiveGainRecord,
 )
 from ksmea.records.hidden import HiddenEffect
+from ksmea.records.in_notation import InNotation
 from ksmea.records.inputs import InputRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
@@ -156,7 +157,7 @@ class CurvesRecord(Record):
 
 
 @dataclass(frozen=True)
-class DiagnosisRecord(Record):
+class DiagnosisRecord(InNotation):
     """A diagnosis (ksmea.diagnosis.diagnosis.Diagnosis says what its parts mean) as plain data.
 
     `hidden`, `hidden_deviance_drop` and `seconds` belong to a benchmark: what synthetic data hide is added once the
@@ -209,15 +210,6 @@ class DiagnosisRecord(Record):
             elpd = ElpdDifference(np.array(gain["by_block"], dtype=float))
             gain = PredictiveGainRecord.of(elpd, gain["rmse_before"], gain["rmse_after"]).to_data()
         return {**data, "predictive_gain": gain}
-
-    def shown_in(self, words: str) -> Self:
-        """Diagnosis and its location to be shown in other units.
-
-        Args:
-            words: units such as 'mil_pp,lag' (`ksmea.measurement.notation.Notation.with_words`).
-        """
-        location = None if self.location is None else self.location.shown_in(words)
-        return replace(self, notation=self.notation.with_words(words), location=location)
 
     def shown_data(self) -> dict[str, Any]:
         data = self.to_data()

@@ -21,9 +21,10 @@ from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
 from ksmea.records.estimate import NoiseLevelRecord, Shown, StabilityRecord
 from ksmea.records.hidden import HiddenEffect
+from ksmea.records.in_notation import InNotation, without_default_notation
 from ksmea.records.inputs import InputRecord, Origin
 from ksmea.records.location import LocationRecord
-from ksmea.records.record import Record, renamed
+from ksmea.records.record import renamed
 from ksmea.records.trace import TraceRecord
 from ksmea.records.weights import WeightsRecord
 from ksmea.units import TURN, OfUnknown, Speed, Time, Vibration
@@ -170,7 +171,7 @@ class DataDescription:
 
 
 @dataclass(frozen=True)
-class IdentificationRecord(Record):
+class IdentificationRecord(InNotation):
     """Result of a method for one measurement.
 
     `status` is 'done', or 'budget' if the budget cut it short; `stop` says why it ended
@@ -228,20 +229,7 @@ class IdentificationRecord(Record):
                 curves.check()
 
     def to_data(self) -> dict[str, Any]:
-        """JSON data; without the notation if it is the default one, as older records have them."""
-        data = super().to_data()
-        if self.notation == Notation():
-            del data["notation"]
-        return data
-
-    def shown_in(self, words: str) -> Self:
-        """Identification and its location to be shown in other units.
-
-        Args:
-            words: units such as 'mil_pp,lag' (`ksmea.measurement.notation.Notation.with_words`).
-        """
-        location = None if self.location is None else self.location.shown_in(words)
-        return dataclasses.replace(self, notation=self.notation.with_words(words), location=location)
+        return without_default_notation(super().to_data(), self.notation)
 
     @property
     def x(self) -> Array:

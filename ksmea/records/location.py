@@ -7,8 +7,8 @@ there are real and imaginary parts under Re(f e^{iΩt}), with the ends of their 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Self
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ksmea.problem.load import FORCE, MOMENT
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import ExtensionRecord, PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect
+from ksmea.records.in_notation import InNotation, without_default_notation
 from ksmea.records.record import Record
 from ksmea.units import SPEED, Length, Quantity
 
@@ -159,7 +160,7 @@ class CoefficientsRecord(Record):
 
 
 @dataclass(frozen=True)
-class LocationRecord(Record):
+class LocationRecord(InNotation):
     """Result of a location.
 
     `kind` belongs to the best site; it is 'nothing' if the plain model is enough, 'none' if nothing that was tried
@@ -192,19 +193,7 @@ class LocationRecord(Record):
     notation: Notation = field(default_factory=Notation)  # of the measurement's own file
 
     def to_data(self) -> dict[str, Any]:
-        """JSON data; without the notation if it is the default one, as older records have them."""
-        data = super().to_data()
-        if self.notation == Notation():
-            del data["notation"]
-        return data
-
-    def shown_in(self, words: str) -> Self:
-        """Location to be shown in other units (`ksmea.measurement.notation.Notation.with_words`).
-
-        Args:
-            words: units such as 'mil_pp,lag'.
-        """
-        return replace(self, notation=self.notation.with_words(words))
+        return without_default_notation(super().to_data(), self.notation)
 
     def shown_data(self) -> dict[str, Any]:
         """Kind, accepted sites, law and work first; then all that was tried."""

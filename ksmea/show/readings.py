@@ -40,6 +40,15 @@ def speed_digits(value: float, notation: Notation) -> str:
     return f"{value:{speed_form(notation)}}"
 
 
+def speed_at_pointer(notation: Notation) -> str:
+    """Speed at the pointer of a chart, to be filled in.
+
+    >>> speed_at_pointer(PLAIN)
+    '{x:.0f} rpm'
+    """
+    return f"{{x:{speed_form(notation)}}} {notation.speed}"
+
+
 def speed_label(notation: Notation) -> str:
     """Label of an axis of speeds."""
     return f"speed ({notation.speed})"

@@ -38,7 +38,6 @@ class ProbeRotation(PlacedEffect):
 
     is_scanned: ClassVar[bool] = False
     words = "probe angle"
-    says = "{place:probes} are turned by {probe_rotation:from x towards y|from y towards x}"
     is_of_measurement = True
     check_next = (
         "Measure the mounting angle of these probes, and check the order of their cables: this angle confirms it."
@@ -59,10 +58,9 @@ class ProbeRotation(PlacedEffect):
         return where(self.position) if self.direction is None else f"{named(self.direction)} {where(self.position)}"
 
     def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
-        stated = super().statement(sizes)
-        if self.direction is None:
-            return stated
-        return dataclasses.replace(stated, sentence=stated.sentence.replace(" are ", " is "))
+        verb = "are" if self.direction is None else "is"
+        sentence = f"{{place:probes}} {verb} turned by {{probe_rotation:from x towards y|from y towards x}}"
+        return dataclasses.replace(super().statement(sizes), sentence=sentence)
 
     def locations(self, problem: RotorProblem) -> Sequence[ProbeRotation]:
         """Each plane with probes in two directions, then each probe of a machine as drawn.

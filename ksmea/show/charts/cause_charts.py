@@ -10,15 +10,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.measurement.notation import DETECTIONS, Notation
+from ksmea.measurement.notation import Notation
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.statement import ORBIT
 from ksmea.show import diagnosis_findings as findings
 from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken, one_panel
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
-from ksmea.show.charts.parts.bode import N_SD, residual_ground
+from ksmea.show.charts.parts.bode import N_SD, residual_ground, residual_reach
 from ksmea.show.charts.parts.polar import FULL_TURN, REACH, phase_in_words, rings, speeds_at, speeds_said, within
-from ksmea.show.charts.response_charts import LEAST_SIGMA, ROOM
 from ksmea.show.charts.responses import ACCEPTED, AS_GIVEN, WITH_CAUSE, Response, of_diagnosis
 from ksmea.show.readings import PLAIN, speed_digits, speed_form, speed_label
 
@@ -70,7 +69,7 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
 
 
 def _residuals(parts: dict[str, Array], response: Response, x: Axis) -> Panel:
-    most = max(LEAST_SIGMA, *(float(np.max(np.abs(left))) for left in parts.values())) * ROOM
+    most = residual_reach(parts)
     elements: list[Element] = list(residual_ground(parts, most, float(np.max(response.speed))))
     for (part, left), symbol in zip(parts.items(), SYMBOLS):
         said = f"{{x:{speed_form(response.notation)}}}: {{y:.2f}} σ ({part})"
@@ -114,10 +113,7 @@ def polar_chart(record: DiagnosisRecord, response: Response) -> Chart:
 
 
 def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
-    """The orbit of the plane, and at the speed, at which the model as given differs most from the data.
-
-    Displacements have no detection: a vibration of 2 mil pp moves the shaft from −1 to 1 mil.
-    """
+    """The orbit of the plane, and at the speed, at which the model as given differs most from the data."""
     notation = response.notation
     found: tuple[float, str, int] | None = None
     given = response.at_speeds[AS_GIVEN]
@@ -131,7 +127,7 @@ def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
     elements: list[Element] = []
     reach = 0.0
     for name, values in {"measured": response.measured, **response.at_speeds}.items():
-        x, y = _orbit(to_xy @ values[at, list(columns)] / DETECTIONS[notation.detection])
+        x, y = _orbit(to_xy @ values[at, list(columns)])
         reach = max(reach, ORBIT_ROOM * float(np.max(np.abs([x, y]))))
         colour, dash = STYLES.get(name, (MEASURED, "dot"))
         width = 2.4 if name == "measured" else 1.4

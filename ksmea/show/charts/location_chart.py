@@ -11,7 +11,7 @@ from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRec
 from ksmea.show.charts.chart import Axis, Band, Chart, Element, Level, Line, Panel, Points, Words, broken
 from ksmea.show.charts.colours import ALIKE, CATEGORIES, CONTEXT, MEASURED, REFERENCE
 from ksmea.show.location_words import over_the_shaft
-from ksmea.show.readings import deviation_unit, speed_form, speed_label, speed_unit, vibration_unit
+from ksmea.show.readings import deviation_unit, speed_at_pointer, speed_label, speed_unit, vibration_unit
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
 
 COLOUR_OF_QUANTITY = {**dict(zip(("force", "moment", "reading", "force and moment"), CATEGORIES)), PAIR: CONTEXT}
@@ -163,7 +163,7 @@ def _over_speed(record: LocationRecord, elements: Sequence[Element], y: Axis) ->
 
 def _said(record: LocationRecord) -> str:
     """Speed and value at the pointer, to be filled in."""
-    return f"{{x:{speed_form(record.notation)}}} {record.notation.speed}: {{y:.4g}}"
+    return f"{speed_at_pointer(record.notation)}: {{y:.4g}}"
 
 
 def _series(

@@ -24,11 +24,12 @@ from ksmea.show.charts.parts.bode import (
     nearest_lag,
     phase_ticks,
     residual_ground,
+    residual_reach,
     resonances,
 )
 from ksmea.show.charts.parts.polar import BEYOND, REACH, phase_in_words, rings, speeds_at, speeds_said, within
 from ksmea.show.charts.responses import AS_GIVEN, WITH_CAUSE, ModelCurve, Response
-from ksmea.show.readings import PLAIN, amplitude_label, speed_digits, speed_form, speed_label
+from ksmea.show.readings import PLAIN, amplitude_label, speed_at_pointer, speed_digits, speed_form, speed_label
 
 AMPLITUDE, PHASE, SPEED = amplitude_label(PLAIN), "phase lag (°)", speed_label(PLAIN)
 MOST_ERROR_BARS = 400  # points; more are drawn without
@@ -37,7 +38,6 @@ COLOURS = {AS_GIVEN: BEFORE, WITH_CAUSE: AFTER}  # of models; of any other: MODE
 DASHES = {AS_GIVEN: "dash"}  # of lines; all others are solid
 SYMBOLS, MARKS = ("circle", "x"), ("●", "×")  # of the parts of residuals, and as a caption shows them
 MOST_ZOOMED = 3  # channels that have a column for a close pair
-LEAST_SIGMA, ROOM = 3.0, 1.1  # that the axis of residuals shows at least, and times the largest residual
 PHASE_ROOM = 0.5  # of the range of phases, above them
 
 
@@ -107,13 +107,13 @@ def _panels(
         elements, x, Axis(amplitude_label(notation), "log", group="amplitude"), "" if response.has_phase else title, 2.6
     )
     for name, parts in response.residuals.items():
-        most = max(LEAST_SIGMA, *(float(np.nanmax(np.abs(left))) for left in parts.values())) * ROOM
+        most = residual_reach(parts)
         own = {part: left[:, column] for part, left in parts.items()}
         ground = list(residual_ground(own, most, float(np.max(response.speed))))
         points = [
             Points(
                 response.speed, left, symbol, 3.0, name=f"residual {part}" if len(parts) > 1 else "residual", colour=COLOURS.get(name, MODEL),
-                said=f"{_at_speed(response)}: {{y:.2f}} σ ({part})", tags={"model": name},
+                said=f"{speed_at_pointer(notation)}: {{y:.2f}} σ ({part})", tags={"model": name},
             )
             for (part, left), symbol in zip(own.items(), SYMBOLS)
         ]  # fmt: skip
@@ -167,15 +167,10 @@ def _amplitude(response: Response, column: int) -> Iterator[Element]:
 
 def _phase(response: Response, column: int) -> Iterator[Element]:
     measured, *of_models = _lags(response, column)
-    said = f"{_at_speed(response)}: {{y:.1f}}°"
+    said = f"{speed_at_pointer(response.notation)}: {{y:.1f}}°"
     yield Points(response.speed, measured, size=3.5, colour=MEASURED, opacity=0.85, said=said)
     for (model, curve), lag in zip(response.curves.items(), of_models):
         yield _line(model, broken(curve.speed, curve.breaks), broken(lag, curve.breaks))
-
-
-def _at_speed(response: Response) -> str:
-    """The speed at the pointer, to be filled in: '{x:.0f} rpm'."""
-    return f"{{x:{speed_form(response.notation)}}} {response.notation.speed}"
 
 
 def _line(model: str, x: Array, y: Array, said: str | list[str] = "") -> Line:

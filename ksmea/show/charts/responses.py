@@ -14,7 +14,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import cosines
-from ksmea.measurement.notation import Notation
+from ksmea.measurement.notation import DETECTIONS, Notation
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
 from ksmea.records.estimate import NoiseLevelRecord
@@ -76,14 +76,18 @@ class Response:
         return f"{place} ({', '.join(named)})" if named else place
 
     def planes(self) -> dict[str, tuple[tuple[int, int], Array]]:
-        """Two columns of each plane with two directions, and the matrix (2, 2) that makes x and y of them."""
+        """Two columns of each plane with two directions, and the matrix (2, 2) from them to displacements.
+
+        Displacements have no detection: a vibration of 2 mil pp moves the shaft from −1 to 1 mil.
+        """
+        detection = DETECTIONS[self.notation.detection]
         found: dict[str, dict[str, int]] = {}
         for column, channel in enumerate(self.channels):
             if said := OF_A_PLANE.fullmatch(channel):
                 found.setdefault(said["harmonic"] + said["place"], {})[said["direction"]] = column
         pairs = ((place, of, pair) for place, of in found.items() if (pair := _across(sorted(of))) is not None)
         return {
-            place: ((of[pair[0]], of[pair[1]]), np.asarray(np.linalg.inv(_read_by(pair)), dtype=float))
+            place: ((of[pair[0]], of[pair[1]]), np.asarray(np.linalg.inv(_read_by(pair)), dtype=float) / detection)
             for place, of, pair in pairs
         }
 

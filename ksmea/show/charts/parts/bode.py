@@ -21,6 +21,7 @@ PART_AROUND = 0.5  # of their distance, that a column of a close pair shows on b
 MOST_NAMED = 8  # resonances with their speed
 STEPS = (45, 90, 180, 360)  # degrees between ticks of a phase
 MOST_TICKS = 5
+LEAST_SIGMA, ROOM = 3.0, 1.1  # that the axis of residuals shows at least, and times the largest residual
 
 
 def lag_along(curve: ModelCurve, column: int) -> Array:
@@ -141,6 +142,11 @@ def outside(parts: Mapping[str, Array]) -> str:
     expected = 2 * (1 - NormalDist().cdf(N_SD)) * len(every)
     n_outside = np.count_nonzero(np.abs(every) > N_SD)
     return f"{n_outside} of {len(every)} outside ± {N_SD:g} σ; noise alone: {expected:.0f}"
+
+
+def residual_reach(parts: Mapping[str, Array]) -> float:
+    """Both ends of the axis of residuals, in units of the noise."""
+    return ROOM * max(LEAST_SIGMA, *(float(np.nanmax(np.abs(left))) for left in parts.values()))
 
 
 def residual_ground(parts: Mapping[str, Array], most: float, right: float) -> Iterator[Element]:
