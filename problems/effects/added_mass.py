@@ -34,7 +34,8 @@ from problems.rotor.finite_elements.mesh import diameter_at
 from problems.rotor.finite_elements.segments import Disk, MassChange
 from problems.rotor.response.problem import RotorProblem
 
-LARGEST = 0.1  # of the rotor's mass, of either sign: more is a part that no drawing forgets
+LARGEST = 0.1  # of the rotor's mass: more is a part that no drawing forgets
+MISSING = 0.5  # of the mass and moments of the disks at the place: the rest still resists acceleration
 NOTICED = (0.001, 0.05)  # of the rotor's mass, of either sign, are drawn
 LARGEST_INERTIA = 4.0  # of m r²: twice the radius that is assumed
 NOTICED_INERTIA = (0.3, 2.0)  # of m r², are drawn
@@ -75,7 +76,7 @@ class AddedMass(SeatedEffect):
 
     @property
     def sizes(self) -> Sequence[Size]:
-        mass = Size("added_mass", "kg", LARGEST, drawn=NOTICED, of=rotor_mass)
+        mass = Size("added_mass", "kg", LARGEST, drawn=NOTICED, of=rotor_mass, lowest=self._lowest)
         inertia = Size("added_inertia", "%", (0.0, LARGEST_INERTIA), drawn=NOTICED_INERTIA)
         return (mass, inertia) if self.inertia == FREE else (mass,)
 
@@ -84,6 +85,13 @@ class AddedMass(SeatedEffect):
             return super().__str__()
         word = "an inertia in parts of m r², r =" if self.inertia == FREE else "a radius of gyration of"
         return f"{super().__str__()} with {word} {self.radius / MILLIMETRE:.3g} mm"
+
+    def _lowest(self, problem: RotorProblem) -> float:
+        """The most that may be missing, kg, as a negative number: 0 on the bare shaft, which has no mass to lose."""
+        parts = (*problem.rotor.disks, *problem.rotor.masses)
+        there = sum(max(part.mass, 0.0) for part in parts if is_near(part.position, self.place))
+        missing = MISSING / LARGEST_INERTIA if self.inertia == FREE else MISSING
+        return -min(missing * there, LARGEST * rotor_mass(problem))
 
     def seats(self, problem: RotorProblem) -> Sequence[float]:
         return mounting_places(problem.rotor)

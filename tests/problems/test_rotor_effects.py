@@ -58,6 +58,25 @@ def test_an_added_mass_is_a_disk_without_moments_of_inertia(position):
     assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
 
 
+@pytest.mark.parametrize("inertia", ["none", "assumed", "free"])
+def test_mass_may_be_missing_only_where_there_is_some(inertia):
+    """Whatever its limits admit, beside a lighter disk too, each motion has a positive kinetic energy."""
+    drawn = dataclasses.replace(PLAIN, is_as_drawn=True)
+    for place, is_bare in ((0.2, False), (0.0, True), (0.35, True)):
+        added = effect("added_mass", position=place, inertia=inertia).placed_on(drawn)
+        lower, upper = np.transpose([(item.lower, item.upper) for item in added.parameters(drawn)])
+        assert (lower[0] == 0.0) == is_bare
+        assert upper[0] == pytest.approx(0.1 * drawn.rotor.mass)
+        for corner in (np.concatenate([lower[:1], upper[1:]]), lower):
+            lightest = added.rotor(drawn.rotor, corner)
+            if not is_bare:
+                lightest = effect("disk_mass", position=place).placed_on(drawn).rotor(lightest, np.array([-0.3]))
+            segments = tuple(dataclasses.replace(each, n_element=12) for each in lightest.segments)
+            mass = assemble_free(dataclasses.replace(lightest, segments=segments)).mass
+            assert np.linalg.eigvalsh(mass).min() > 0
+
+
+
 @pytest.mark.parametrize("position", [0.0, 0.5, 0.77])
 @pytest.mark.parametrize("mass", [4.0, -2.0])
 def test_an_added_mass_may_have_moments_of_inertia(position, mass):

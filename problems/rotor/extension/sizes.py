@@ -64,6 +64,7 @@ class Size:
     ]  # each factor between them is equally likely; of either sign if the lowest limit is negative
     of: Scale | None = None
     per: Scale | None = None
+    lowest: Scale | None = None  # of a problem, SI, in place of that of `limits`
     rises: bool = False  # whether positive values alone are drawn
     makes_jumps: bool = False
 
@@ -79,11 +80,12 @@ class Size:
     def limits_on(self, problem: RotorProblem) -> tuple[float, float]:
         """Lowest and highest value on a problem, SI."""
         lowest, highest = self.limits if isinstance(self.limits, tuple) else (-self.limits, self.limits)
-        return self._scaled(lowest, problem), self._scaled(highest, problem)
+        of_problem = self._scaled(lowest, problem) if self.lowest is None else self.lowest(problem)
+        return of_problem, self._scaled(highest, problem)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
         """Plausible values (e,) SI."""
-        sided = self.rises or (isinstance(self.limits, tuple) and self.limits[0] >= 0)
+        sided = self.rises or self.limits_on(problem)[0] >= 0
         value = (drawn if sided else drawn_either_side)(rng, *self.drawn)
         return np.array([self._scaled(value, problem)])
 
