@@ -261,7 +261,12 @@ WITHOUT: dict[Maker, tuple[str, ...]] = {  # effects that can express the cause
     spring: ("annular_seal", "local_force", "bilinear_stiffness", "cubic_stiffness"),
     damper: ("annular_seal", "local_force"),
     cross_coupled_disk: ("annular_seal", "local_force"),
-    pedestal: ("flexible_pedestal", "foundation_resonance", "local_force"),
+    pedestal: (
+        "flexible_pedestal",
+        "foundation_resonance",
+        "unequal_bearings",
+        "local_force",
+    ),  # below its resonance softer
     absorber: ("spring_mass", "local_force"),
     magnetic_pull: ("local_force",),
     tilting_spring: ("local_force",),

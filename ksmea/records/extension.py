@@ -140,6 +140,7 @@ class ExtensionRecord(Record):
     effect: EffectRecord
     values: Mapping[str, float]
     units: Mapping[str, str]
+    delta_bic: float | None = None  # above the baseline model; None in records that do not say
 
 
 @dataclass(frozen=True)

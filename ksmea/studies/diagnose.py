@@ -11,6 +11,7 @@ import numpy as np
 
 from ksmea.diagnosis.diagnosis import Criteria, Diagnosis, diagnose
 from ksmea.diagnosis.further_measurement import Split
+from ksmea.diagnosis.located_verdict import is_elsewhere, is_one_law, remark_on, with_location, without_names
 from ksmea.diagnosis.observability import Detectable
 from ksmea.diagnosis.trials import Trial
 from ksmea.fits.fitting import Fit, fit_baseline
@@ -38,7 +39,6 @@ from ksmea.records.diagnosis import (
 )
 from ksmea.records.estimate import StabilityRecord
 from ksmea.records.extension import AveragedRecord, EffectRecord, ExplanationRecord, PredictiveGainRecord
-from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
@@ -168,17 +168,23 @@ def diagnosis(
     is_locatable = options.locate and not missing_to_locate(case.problem, case.measurement.kind)
     locate = Located(rng, options.location, workers) if is_locatable else None
     found = diagnose(case, effects, search, options.criteria, baseline, locate)
-    problem, stated = case.problem, remarks_on(found, case.measurement)
-    remarks = (*campaign_remarks(case), *problem.remarks_at(case.problem.speed), *report.remarks, *stated)
-    record = diagnosis_record(found, fine=report.fine)
+    measurement = case.measurement
+    problem, where = case.problem, None
+    given_up: tuple[str, ...] = ()
+    ahead = (*campaign_remarks(case), *problem.remarks_at(problem.speed), *report.remarks)
     case = found.baseline.case  # with the noise that it goes by
-    if locate is not None and record.verdict in WRONG:
+    if locate is not None and found.verdict in WRONG:
         sites, sought = locate(case), options.location
-        with_laws = record.verdict == "unknown" and not sites.is_anywhere
+        with_laws = (found.verdict == "unknown" and not sites.is_anywhere) or is_elsewhere(found, sites)
         where = location(
             case, rng, options=sought, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites
         )
-        record = _with_location(record, where)
+        if is_one_law(found, where):
+            given_up, found = (remark_on(found, where),), without_names(found)
+    record = diagnosis_record(found, fine=report.fine)
+    remarks = (*ahead, *remarks_on(found, measurement), *given_up)
+    if where is not None:
+        record = with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
     if report.details and (record.verdict != "located" or _reads_wrong(record)):  # explained data are not misread
         remarks = (*remarks, *slips_of(found, problem, reading))
@@ -207,14 +213,6 @@ def _read_otherwise(
     return dataclasses.replace(
         record, verdict="misread", reading=str(found), left_out=dict(report.left_out), remarks=remarks
     )
-
-
-def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisRecord:
-    """Diagnosis with the findings without the library, which decide if no effect explains the data."""
-    found = dataclasses.replace(record, location=where)
-    if record.verdict != "unknown" or not where.is_local:
-        return found
-    return dataclasses.replace(found, verdict="located", stability=None)  # that was of a model which is wrong
 
 
 def _reads_wrong(record: DiagnosisRecord) -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.diagnosis.predictive_gain import predictive_gain
+from ksmea.diagnosis.trials import Candidate, trial_of
 from ksmea.errors import SettingError, unknown
 from ksmea.fits.fitting import Fit, fit_from_values
 from ksmea.location.force_law import LawFit, fitted_laws, located_fit, smooth_fits
@@ -311,16 +312,17 @@ def _extended(
     with suppress(SettingError, np.linalg.LinAlgError):
         effect: AnyEffect = registry.create("effect", LOCAL_FORCE, settings)
         fit = located_fit(effect.added_to(problem), law, plain, baseline)
-        extension = _extension(EffectRecord(LOCAL_FORCE, str(effect), settings), fit)
+        better = trial_of(Candidate(LOCAL_FORCE, effect), fit, baseline, 1).delta_bic
+        extension = _extension(EffectRecord(LOCAL_FORCE, str(effect), settings), fit, better)
         gain = predictive_gain(baseline, fit, n_block)
         return extension, PredictiveGainRecord.of(gain.elpd, gain.rmse_before, gain.rmse_after)
     return extension, None
 
 
-def _extension(effect: EffectRecord, fit: Fit) -> ExtensionRecord:
+def _extension(effect: EffectRecord, fit: Fit, delta_bic: float) -> ExtensionRecord:
     parameters = fit.problem.parameters.items
     values = {item.name: float(item.turned(x) / item.si_per_unit) for item, x in zip(parameters, fit.x)}
-    return ExtensionRecord(effect, values, {item.name: item.unit for item in parameters})
+    return ExtensionRecord(effect, values, {item.name: item.unit for item in parameters}, delta_bic)
 
 
 def _series(draws: Array, level: float) -> SeriesRecord:

@@ -2,20 +2,24 @@
 
 import dataclasses
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from bench.plan.page import Drawn
 from bench.reports.diagnosis.page import diagnosis_page
+from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.diagnosis.located_verdict import is_elsewhere, is_one_law, remark_on, without_names
 from ksmea.errors import SettingError
+from ksmea.fits.search import Search
 from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.show.diagnosis_text import about_extension, text, why_without
-from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
+from ksmea.studies.diagnose import DiagnosisOptions, diagnosis, diagnosis_record
 from ksmea.studies.diagnosis_remarks import disagreements
 from ksmea.studies.library import library
-from tests.diagnosis.conftest import TRUTH, registered_effects
+from tests.diagnosis.conftest import LESS, TRUTH, registered_effects
 
 OPTIONS = DiagnosisOptions(screening=1024)
 
@@ -61,6 +65,63 @@ def test_the_text_says_it_in_its_verdict_and_the_file_holds_the_law(unnamed):
     assert said.index("Values whatever the cause is:") < said.index("Without the library:")
     assert said.count("over all sites") == 1 and "before" not in said
     assert "unbalance" in about_extension(record)[0] and record.location.extension is not None
+
+
+def test_a_law_counts_as_its_effect_does(rotor, hide, unnamed):
+    """An unbalance law and the effect of that name are one model, whose evidence is one number."""
+    record, effect, _ = unnamed
+    measurement, _, _ = hide("unbalance", 3)
+    effects = {"unbalance": registered_effects()["unbalance"]}
+    options = dataclasses.replace(OPTIONS, locate=False)
+    named = diagnosis(Case(rotor, measurement), effects, np.random.default_rng(0), options=options)
+    assert named.applied[0].settings["position"] == effect.position
+    assert record.location.extension.delta_bic == pytest.approx(named.ranking[0].delta_bic, abs=0.1)  # ends of fits
+
+
+def explained_at(*places, delta_bic=50.0):
+    """A diagnosis on a machine that names one explanation, an effect at each of some lists of places."""
+    acting = [SimpleNamespace(effect=SimpleNamespace(places=lambda machine, at=at: at)) for at in places]
+    best = SimpleNamespace(applied=tuple(acting), delta_bic=delta_bic, names=("one", "other")[: len(places)])
+    problem = SimpleNamespace(machine=None)
+    return SimpleNamespace(explanations=(best,), baseline=SimpleNamespace(problem=problem))
+
+
+@pytest.mark.parametrize(
+    ("places", "is_sharp", "elsewhere"),
+    [
+        ([[0.5]], True, False),
+        ([[0.2]], True, True),
+        ([[]], True, True),  # all along the shaft
+        ([[0.5], [0.2]], True, True),  # half of it acts elsewhere
+        ([[0.5], [0.5]], True, False),
+        ([[0.2]], False, False),
+    ],
+)
+def test_names_are_elsewhere_only_beside_a_sharp_location(places, is_sharp, elsewhere):
+    sites = SimpleNamespace(is_sharp=is_sharp, accepts=lambda place: place == 0.5)
+    assert is_elsewhere(explained_at(*places), sites) is elsewhere
+
+
+@pytest.mark.parametrize(("better", "is_law"), [(45.0, True), (43.0, False), (80.0, True), (None, False)])
+def test_a_law_takes_the_place_of_names_that_are_hardly_better(unnamed, better, is_law):
+    """ΔBIC 50 of the names; 6 below is as good (Kass & Raftery 1995)."""
+    where = unnamed[0].location
+    where = dataclasses.replace(where, extension=dataclasses.replace(where.extension, delta_bic=better))
+    found = explained_at([0.2], [])
+    assert is_one_law(found, where) is is_law
+    assert not is_one_law(SimpleNamespace(explanations=()), where)
+    said = remark_on(found, where)
+    assert said.startswith("one with other would fit, but") and f"{where.law.position:g} m" in said
+
+
+def test_without_names_a_diagnosis_is_unknown(rotor, hide):
+    measurement, _, _ = hide("unbalance", 3)
+    effects = {"unbalance": registered_effects()["unbalance"]}
+    found = diagnose(Case(rotor, measurement), effects, Search(np.random.default_rng(0), LESS))
+    record = diagnosis_record(without_names(found))
+    assert found.verdict == "named" and record.verdict == "unknown"
+    assert not (record.named or record.applied or record.explanations or record.ambiguity_group)
+    assert record.lack_of_fit.after is None and all(row.after is None for row in record.coefficients)
 
 
 def test_nothing_is_located_in_a_model_that_is_right(rotor, hide):

@@ -76,7 +76,6 @@ def test_mass_may_be_missing_only_where_there_is_some(inertia):
             assert np.linalg.eigvalsh(mass).min() > 0
 
 
-
 @pytest.mark.parametrize("position", [0.0, 0.5, 0.77])
 @pytest.mark.parametrize("mass", [4.0, -2.0])
 def test_an_added_mass_may_have_moments_of_inertia(position, mass):

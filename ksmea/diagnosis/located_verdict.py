@@ -1,0 +1,85 @@
+"""Verdict of a diagnosis beside a location in its data: `located` in place of `unknown`, or of names that are elsewhere.
+
+Effects may stand for a cause that the library lacks: a damper to the ground between the bearings looks like unequal bearings with
+damping along the shaft. If a location is sharp and no explanation acts there alone, a force that follows a law at one of its places
+is compared with the explanation by evidence, and effects are named only if they explain the data better.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+from ksmea.diagnosis.diagnosis import Diagnosis
+from ksmea.diagnosis.trials import NEAR, Explanation
+from ksmea.location.location import Location
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.location import LocationRecord
+
+
+def with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisRecord:
+    """Diagnosis with the findings without the library, which decide if no effect explains the data."""
+    found = dataclasses.replace(record, location=where)
+    if record.verdict != "unknown" or not where.is_local:
+        return found
+    return dataclasses.replace(found, verdict="located", stability=None)  # that was of a model which is wrong
+
+
+def is_elsewhere(found: Diagnosis, sites: Location) -> bool:
+    """Whether effects are named, but a sharp location finds no place where all effects of an explanation act.
+
+    Args:
+        found: diagnosis.
+        sites: location in its data, without laws.
+    """
+    machine = found.baseline.problem.machine
+
+    def acts_there(explanation: Explanation) -> bool:
+        places = [candidate.effect.places(machine) for candidate in explanation.applied]
+        return all(len(at) and all(map(sites.accepts, at)) for at in places)
+
+    return bool(found.explanations) and sites.is_sharp and not any(map(acts_there, found.explanations))
+
+
+def is_one_law(found: Diagnosis, where: LocationRecord) -> bool:
+    """Whether a law at a local place explains the data about as well as what is named, or better.
+
+    Args:
+        found: diagnosis.
+        where: location in its data; only where laws were sought can one be found.
+    """
+    if not found.explanations or not where.is_local or where.extension is None or where.extension.delta_bic is None:
+        return False
+    return where.extension.delta_bic > found.explanations[0].delta_bic - NEAR
+
+
+def without_names(found: Diagnosis) -> Diagnosis:
+    """A diagnosis whose effects explain nothing: the verdict is `unknown`, until a location decides."""
+    return dataclasses.replace(
+        found,
+        verdict="unknown",
+        named=(),
+        ambiguity_group=(),
+        locations=(),
+        best=None,
+        applied=(),
+        best_estimate=None,
+        best_quality=None,
+        predictive_gain=None,
+        split=None,
+        collinearity={},
+        explanations=(),
+        averaged=None,
+    )
+
+
+def remark_on(found: Diagnosis, where: LocationRecord) -> str:
+    """The explanation that was given up for a law, in a sentence.
+
+    Args:
+        found: diagnosis that named it.
+        where: location with the law.
+    """
+    law = where.law
+    assert law is not None, "an explanation is given up for a law alone"
+    names = " with ".join(found.explanations[0].names)
+    return f"{names} would fit, but {law.law} at {law.position:g} m, where an unknown {law.kind} is located, explains the data as well"
