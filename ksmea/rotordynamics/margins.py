@@ -16,11 +16,11 @@ import numpy as np
 
 from ksmea.arrays import Array, peak_indices
 from ksmea.measurement.channel import Channel
+from ksmea.rotordynamics.half_power import HALF_POWER
 
 CLAUSE = "API 617, 7th edition, chapter 1, 2.6.2.10"
 CRITICALLY_DAMPED = 2.5  # amplification factor below which no margin is asked for
 BELOW, ABOVE = 0.17, 0.10  # parts of the speed
-HALF_POWER = np.sqrt(0.5)
 
 Side = Literal["below", "above", "inside"]
 

@@ -9,11 +9,11 @@ loops in the complex plane are round.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, peak_indices
+from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.likelihood import Likelihood
@@ -34,6 +34,7 @@ from ksmea.records.curves import (
     matrix,
     row,
 )
+from ksmea.rotordynamics.half_power import full_peaks
 
 
 def fit_curves(case: Case, x: Array, noise: Noise | None) -> FitCurves:
@@ -121,7 +122,6 @@ MAX_ROUNDS = 12  # of halving: of 1/100 of a band 2e-6 of it is left
 IN_A_PEAK = 40  # speeds within a half-power width
 WIDTHS = 2  # half-power widths about a peak that have as many each
 MOST_PARTS = 2 * WIDTHS * IN_A_PEAK  # of a gap between two speeds
-HALF_POWER = float(np.log(2) / 2)  # below a peak of ln|q|
 
 
 def fine_layout(measurement: Measurement, models: Sequence[Model]) -> Layout:
@@ -178,9 +178,11 @@ def _with_full_peaks(speed: Array, sizes: Array) -> Array:
     That holds in each width and in half a width on both sides.
     """
     full = speed
-    for low, high in (ends for size in sizes.T for ends in half_power_widths(speed, size)):
-        step, room = (high - low) / IN_A_PEAK, (WIDTHS - 1) / 2 * (high - low)
-        within = np.flatnonzero((full[1:] > low - room) & (full[:-1] < high + room))  # gaps, by their lower ends
+    for peak in (each for size in sizes.T for each in full_peaks(speed, np.exp(size))):
+        step, room = peak.width / IN_A_PEAK, (WIDTHS - 1) / 2 * peak.width
+        within = np.flatnonzero(
+            (full[1:] > peak.low - room) & (full[:-1] < peak.high + room)
+        )  # gaps, by their lower ends
         parts = np.ceil((full[within + 1] - full[within]) / step).astype(int)
         added = [
             np.linspace(full[at], full[at + 1], n_part + 1)[1:-1]
@@ -188,19 +190,3 @@ def _with_full_peaks(speed: Array, sizes: Array) -> Array:
         ]
         full = np.union1d(full, np.concatenate([np.empty(0), *added]))
     return full
-
-
-def half_power_widths(speed: Array, size: Array) -> Iterator[tuple[float, float]]:
-    """Both ends of each peak of ln|q| (n_speed,), where |q| is lower by a factor √2.
-
-    A peak without both has no width.
-    """
-    for peak in peak_indices(size):
-        least = size[peak] - HALF_POWER
-        before, behind = np.flatnonzero(size[:peak] < least), np.flatnonzero(size[peak:] < least)
-        if len(before) and len(behind):
-            first, last = before[-1], peak + behind[0]
-            yield (
-                float(np.interp(least, size[first : first + 2], speed[first : first + 2])),
-                float(np.interp(-least, -size[last - 1 : last + 1], speed[last - 1 : last + 1])),
-            )

@@ -16,9 +16,9 @@ from bench.reports.runs import runs_frame
 from bench.reports.tables import summary_frame
 from drawn_curves import curves_of, drawn
 from ksmea.records.identification import IdentificationRecord, ParameterRecord, Seconds
+from ksmea.rotordynamics.half_power import full_peaks
 from ksmea.show.charts.chart import Chart, Line, Points
 from ksmea.show.charts.picture import png
-from ksmea.studies.curves import half_power_widths
 from problems.three_disk import ThreeDisk
 
 RPM = np.pi / 30  # rad/s
@@ -72,7 +72,7 @@ def test_fine_responses_are_those_of_the_models_at_40_speeds_in_a_half_power_wid
     ):
         found = np.array(getattr(fine, name))
         assert found == pytest.approx(np.abs(seen.response(x[None])[0]), rel=2e-3)  # speeds are rounded
-        widths = [ends for column in np.log(found).T for ends in half_power_widths(speed, column)]
+        widths = [(peak.low, peak.high) for column in found.T for peak in full_peaks(speed, column)]
         assert len(widths) >= 6
         assert all(np.count_nonzero((speed >= low) & (speed <= high)) >= 38 for low, high in widths)
 

@@ -6,6 +6,7 @@ import pytest
 from bench.reports.response_blocks import orbits
 from ksmea import identify, load_problem, synthetic_measurement
 from ksmea.measurement.notation import Notation
+from ksmea.rotordynamics.half_power import full_peaks
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Level, Line, Points, Words
 from ksmea.show.charts.parts.bode import (
@@ -14,7 +15,6 @@ from ksmea.show.charts.parts.bode import (
     lags_along,
     nearest_lag,
     outside,
-    peaks,
     phase_ticks,
     resonances,
 )
@@ -84,7 +84,8 @@ def test_runs_are_unwrapped_apart():
 
 def test_a_resonance_has_its_half_power_width():
     curve = one_degree()
-    [(at, width)] = peaks(curve.speed, np.abs(curve.values[:, 0]))
+    [peak] = full_peaks(curve.speed, np.abs(curve.values[:, 0]))
+    at, width = peak.speed, peak.width
     assert at == pytest.approx(1000, rel=1e-3) and width == pytest.approx(2 * 0.01 * 1000, rel=0.1)
     assert close_pairs([3620.0, 3798.0, 10018.0]) == [(3620.0, 3798.0)] and close_pairs([100.0, 106.0]) == []
 

@@ -8,7 +8,8 @@ from statistics import NormalDist
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, peak_indices
+from ksmea.arrays import Array, ComplexArray
+from ksmea.rotordynamics.half_power import full_peaks
 from ksmea.show.charts.chart import Element, Level, Span, Words
 from ksmea.show.charts.colours import CONTEXT
 from ksmea.show.charts.responses import ModelCurve
@@ -16,7 +17,6 @@ from ksmea.show.charts.responses import ModelCurve
 TURN = 360.0  # degrees
 CLOSE = 0.05  # of a speed: resonances that are nearer get a column of their own
 N_SD = 2.0  # of the noise: the band of residuals
-HALF_POWER = np.sqrt(0.5)  # of a peak
 PART_AROUND = 0.5  # of their distance, that a column of a close pair shows on both sides
 MOST_NAMED = 8  # resonances with their speed
 STEPS = (45, 90, 180, 360)  # degrees between ticks of a phase
@@ -93,23 +93,13 @@ def resonances(curve: ModelCurve) -> list[float]:
     Each is there once for all runs: those within half a half-power width are one. A single channel may also rise before it falls to an antiresonance."""
     found: list[tuple[float, float]] = []
     for rows in _runs(len(curve.speed), curve.breaks):
-        found += peaks(*_ascending(curve.speed[rows], np.linalg.norm(curve.values[rows], axis=1)))
+        rising = _ascending(curve.speed[rows], np.linalg.norm(curve.values[rows], axis=1))
+        found += [(peak.speed, peak.width) for peak in full_peaks(*rising)]
     kept: list[tuple[float, float]] = []
     for at, width in sorted(found):
         if not kept or at - kept[-1][0] > max(width, kept[-1][1]) / 2:
             kept.append((at, width))
     return [at for at, _ in kept]
-
-
-def peaks(speed: Array, size: Array) -> list[tuple[float, float]]:
-    """Speed and half-power width of each peak of an amplitude (n_speed,) that falls by √2 on both sides."""
-    found = []
-    for peak in peak_indices(size):
-        below = size < HALF_POWER * size[peak]
-        before, behind = np.flatnonzero(below[:peak]), np.flatnonzero(below[peak:])
-        if len(before) and len(behind):
-            found.append((float(speed[peak]), float(speed[peak + behind[0]] - speed[before[-1]])))
-    return found
 
 
 def close_pairs(at: Sequence[float]) -> list[tuple[float, float]]:
