@@ -120,8 +120,7 @@ def bow_shapes(rotor: Rotor) -> list[str]:
     is_overhung = left > SAME_PLACE * rotor.length or rotor.length - right > SAME_PLACE * rotor.length
     places = _loaded_places(rotor)
     forces = [place for place in places if not (is_near(place, left) or is_near(place, right))]
-    moments = [place for place in places if np.min(np.abs(rotor.node_positions - place)) <= SAME_PLACE * rotor.length]
-    static = [f"{kind}{AT}{place:.12g}" for kind, those in zip((FORCE, MOMENT), (forces, moments)) for place in those]
+    static = [f"{kind}{AT}{place:.12g}" for kind, those in ((FORCE, forces), (MOMENT, places)) for place in those]
     return [SINE, *([WHOLE] if is_overhung else []), *static]
 
 

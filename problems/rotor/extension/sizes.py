@@ -84,10 +84,10 @@ class Size:
         return of_problem, self._scaled(highest, problem)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        """Plausible values (e,) SI."""
-        sided = self.rises or self.limits_on(problem)[0] >= 0
-        value = (drawn if sided else drawn_either_side)(rng, *self.drawn)
-        return np.array([self._scaled(value, problem)])
+        """Plausible values (e,) SI; one below the lowest limit has the other sign."""
+        lowest, _ = self.limits_on(problem)
+        value = self._scaled((drawn if self.rises or lowest >= 0 else drawn_either_side)(rng, *self.drawn), problem)
+        return np.array([value if value >= lowest else -value])
 
     def _scaled(self, value: float, problem: RotorProblem) -> float:
         if self.of is not None:

@@ -14,6 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from ksmea.arrays import Array, Indices
+from ksmea.measurement.channel import DIRECTIONS
 from problems.rotor.finite_elements import shaft
 from problems.rotor.finite_elements.beside_node import bearing_rows, disk_rows
 from problems.rotor.finite_elements.data import Rotor
@@ -205,6 +206,17 @@ def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:
     index, fraction = locate(rotor, position)
     row = np.zeros(DOF_PER_NODE * len(rotor.node_positions))
     row[element_dof(index)] = shaft.displacement_row(element_at(rotor, index), fraction, direction)
+    return row
+
+
+def rotation_row(rotor: Rotor, position: float, axis: str) -> Array:
+    """Row (n_dof,) that reads the rotation of the section about an axis, x or y, at a position (m).
+
+    Its transpose spreads a moment at that position over the nodes consistently.
+    """
+    index, fraction = locate(rotor, position)
+    row = np.zeros(DOF_PER_NODE * len(rotor.node_positions))
+    row[element_dof(index)] = shaft.rotation_rows(element_at(rotor, index), fraction)[DIRECTIONS.index(axis)]
     return row
 
 

@@ -13,14 +13,14 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import DIRECTIONS
 from ksmea.problem.load import Load
-from problems.rotor.finite_elements.assembly import displacement_row, node_dof
+from problems.rotor.finite_elements.assembly import displacement_row, rotation_row
 from problems.rotor.finite_elements.data import Rotor
 
 
 def unit_loads(rotor: Rotor, loads: Sequence[Load], n_speed: int) -> ComplexArray:
     """The nodal forces of unit loads, the same at each speed, (n_speed, n_dof, n_load).
 
-    A force may act anywhere on the shaft, a moment at nodes.
+    Each may act anywhere on the shaft.
     """
     columns = np.stack([_nodal_load(rotor, load) for load in loads], axis=1)
     return np.broadcast_to(columns.astype(complex), (n_speed, *columns.shape))
@@ -37,12 +37,9 @@ def forward_load(rotor: Rotor, position: float, quantity: str, n_speed: int) -> 
 
 def _nodal_load(rotor: Rotor, load: Load) -> Array:
     rotor.require_on_shaft(load.position, load.quantity)
-    row = displacement_row(rotor, load.position, load.direction)
     if load.quantity == "force":
-        return row
-    turned = np.zeros_like(row)
-    turned[node_dof(rotor.node_at(load.position, "moment"))[2 + DIRECTIONS.index(load.direction)]] = 1.0
-    return turned
+        return displacement_row(rotor, load.position, load.direction)
+    return rotation_row(rotor, load.position, load.direction)
 
 
 def force_per_unbalance(rotor: Rotor, speed: Array) -> ComplexArray:
