@@ -29,6 +29,7 @@ from bench.plan.page import (
     Steps,
     Table,
 )
+from bench.reports.pages import bundle
 from bench.reports.pages.prose import prose_html, safe, table_html, unbroken
 from ksmea.errors import shortened, visible
 from ksmea.show.charts import interactive
@@ -38,6 +39,7 @@ LONGEST_CELL = 300  # characters
 MOST_ROWS = 300  # of a table on a page; its file has all
 MOST_STILLS = 60_000  # bytes of pictures in place of plots on a page; further ones are files next to it
 LEAST_SHARED = 50  # numbers of a list that traces share
+MOST_PLAIN = 20_000  # characters of data of a plot that stand in a page as they are
 DIGITS = 6  # of numbers in plots: more than a screen shows
 TABLE_DIGITS = 5
 NONE = "–"  # in place of a value that is not there
@@ -121,7 +123,7 @@ class Blocks:
             f'<div class="canvas" role="img" aria-label="{safe(alternative)}" style="height:{height}px" hidden></div>'
             f'<div class="still">{instead}</div>'
             f'<figcaption>{safe(alternative)}</figcaption><p class="save" hidden>Save {SAVE}</p>'
-            f'<script type="application/json">{script_json(spec)}</script></figure>'
+            f"{data_script(spec)}</figure>"
         )
 
     def _instead(self, still: str, alternative: str) -> str:
@@ -172,6 +174,14 @@ def with_shared(figure: dict[str, Any]) -> dict[str, Any]:
                 named[side] = {"shared": number}
         traces.append({**trace, **named})
     return {**figure, "data": traces, "shared": shared} if shared else figure
+
+
+def data_script(spec: Any) -> str:
+    """The element with a plot's data, which are compressed where they are many."""
+    text = script_json(spec)
+    if len(text) <= MOST_PLAIN:
+        return f'<script type="application/json">{text}</script>'
+    return f'<script type="text/plain" data-packed>{bundle.in_text(text.encode())}</script>'
 
 
 def script_json(value: Any) -> str:

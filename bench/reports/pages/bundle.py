@@ -23,7 +23,12 @@ LEVEL = 6  # of compression: 9 is 0.2 % smaller
 @cache
 def packed() -> str:
     """The library, compressed, in base64; the same for the same version of plotly."""
-    return base64.b64encode(gzip.compress(_library(), LEVEL, mtime=0)).decode()
+    return in_text(_library())
+
+
+def in_text(data: bytes) -> str:
+    """Data as a page's script unpacks them: compressed, in base64."""
+    return base64.b64encode(gzip.compress(data, LEVEL, mtime=0)).decode()
 
 
 @cache

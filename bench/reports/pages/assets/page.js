@@ -24,6 +24,8 @@
   const script = document.createElement("script");
   script.textContent = plotly;
   document.head.append(script);
+  const specs = new Map(); // all before the first is drawn: printing draws what is folded at once
+  for (const figure of figures) specs.set(figure, JSON.parse(await dataOf(figure)));
   const waiting = new Set(figures); // what is folded has no width: it is drawn when it opens
   const open = () => [...waiting].filter((figure) => !figure.closest("details:not([open])"));
   const drawOpen = () => { for (const figure of open()) { waiting.delete(figure); draw(figure); } };
@@ -37,7 +39,13 @@
   addEventListener("afterprint", () => resize(null));
   document.documentElement.dataset.drawn = figures.length;
 
-  /** The library as text, or null where the browser cannot unpack it. */
+  /** The data of a plot, which are packed where they are many. */
+  function dataOf(figure) {
+    const script = figure.querySelector("script");
+    return script.dataset.packed === undefined ? script.textContent : unpacked(script.textContent);
+  }
+
+  /** A packed text, or null where the browser cannot unpack it. */
   async function unpacked(base64) {
     if (!("DecompressionStream" in window)) return null;
     const bytes = Uint8Array.from(atob(base64), (sign) => sign.charCodeAt(0));
@@ -45,14 +53,14 @@
   }
 
   function draw(figure) {
-    const spec = JSON.parse(figure.querySelector("script").textContent);
+    const spec = specs.get(figure);
     for (const trace of spec.data ?? [])
       for (const side of ["x", "y"]) if (trace[side]?.shared !== undefined) trace[side] = spec.shared[trace[side].shared];
     const canvas = figure.querySelector(".canvas");
     for (const part of [canvas, figure.querySelector(".controls")]) part.hidden = false;
     figure.querySelector(".still").hidden = true;
     if (figure.dataset.kind === "orbits") return drawOrbits(figure, canvas, spec);
-    const layout = { ...spec.layout, autosize: true };
+    const layout = { ...structuredClone(spec.layout ?? {}), autosize: true }; // plotly changes it, a reset needs it as given
     if (coarse) layout.dragmode = false; // a finger scrolls the page, two zoom it
     const narrow = canvas.clientWidth < 520;
     if (narrow && layout.narrow) Object.assign(layout, layout.narrow);
@@ -171,7 +179,7 @@
   function axes(canvas) { return Object.keys(canvas._fullLayout).filter((name) => /^[xy]axis\d*$/.test(name)); }
 
   function reset(canvas) {
-    const given = JSON.parse(canvas.closest("figure").querySelector("script").textContent).layout ?? {};
+    const given = specs.get(canvas.closest("figure")).layout ?? {};
     const ranges = {};
     for (const name of axes(canvas)) {
       if (given[name]?.range) ranges[name + ".range"] = given[name].range;
