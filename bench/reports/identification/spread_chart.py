@@ -10,6 +10,7 @@ import pandas as pd
 from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
+from bench.reports.identification.factors import short
 from bench.reports.tables import EFFORT, EXACT, has_intervals, lacks_interval
 from ksmea.arrays import Array
 from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Points
@@ -39,7 +40,9 @@ def spread_chart(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Chart
         for name, unit in names
     ]
     n_run = int(runs.groupby("cell").size().max())
+    factors = [short(axis) for axis in telling_axes(plan)]
     title = f"{plan.name}: medians, quartiles and extremes of {n_run} repetition{'s' * (n_run > 1)}"
+    title += f", by {' / '.join(factors)}" * (len(factors) > 1)
     there = {element.name for panel in panels for element in panel.elements}
     marks = [said for name, said in MARKS.items() if name in there]
     caption = f"{', '.join(['Boxes: median, quartiles and all values of each cell', *marks])}."
@@ -92,8 +95,9 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
     if np.isfinite(paper).any():
         elements.append(Points(at, paper, "diamond", name=PRINTED, colour=PAPER))
     labels = _labels(plan, cells)
+    [one, *others] = telling_axes(plan)
     x = Axis(
-        " / ".join(telling_axes(plan)),
+        "" if others else one,  # more than one stand in the title: below each panel they are wider than it
         low=-0.6,
         high=len(cells) - 0.4,
         ticks=labels,

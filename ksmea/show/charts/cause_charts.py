@@ -167,7 +167,7 @@ def others_chart(record: DiagnosisRecord) -> Chart | None:
     near = any(each.is_near for each in others)
     title = "Explains the data about as well" if near else "Nothing else explains the data"
     return one_panel(
-        elements, Axis("noise needed, as a multiple of the best", "log", low=0.9, high=2.2 * max(most, 1.2)),
+        elements, Axis("noise needed (best: 1)", "log", low=0.9, high=2.2 * max(most, 1.2)),
         Axis(low=-0.6, high=len(rows) - 0.4, ticks=names, is_reversed=True), title,
         "Each cause at its best location, fitted with all unknowns.", height=ROW * len(rows) + 0.3, width=6.5,
     )  # fmt: skip
