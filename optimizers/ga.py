@@ -6,7 +6,6 @@ F.-A. Fortin et al., DEAP, J. Machine Learning Research 13 (2012) 2171–2175.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -38,7 +37,7 @@ class Chromosome(list):
 
     def __deepcopy__(self, memo: dict) -> Chromosome:
         clone = Chromosome(self)  # bits are immutable: many times faster than deepcopy's way through a list
-        clone.fitness = copy.deepcopy(self.fitness, memo)
+        clone.fitness.wvalues = self.fitness.wvalues  # a tuple: all that a fitness holds
         return clone
 
 
