@@ -108,11 +108,16 @@ def test_the_curves_of_a_record_are_the_responses_that_they_are_called(figures):
     assert np.std(noise) == pytest.approx(0.1, rel=0.25)
 
 
-def test_the_summary_holds_quartiles_and_the_papers_values(plan, tmp_path):
+def test_the_summary_holds_quartiles_and_the_papers_values(plan, tmp_path, monkeypatch):
     runs = runs_frame(plan, tmp_path)
     runs["status"] = "done"
     runs["kxx"] = [49, 60, 50, 60, 51, 60, 52, 60]  # repetitions one after the other, two cells in each
     summary = summary_frame(plan, runs)
+    few = spread_chart(plan, runs, summary)
+    assert "all values of 4 repetitions" in few.title and few.caption.startswith("Dots: ")
+    dots = drawn(few.panels[0])["this bench"]  # of four values there are no quartiles
+    assert sorted(zip(dots.x, dots.y)) == [(0, 49), (0, 50), (0, 51), (0, 52), (1, 60), (1, 60), (1, 60), (1, 60)]
+    monkeypatch.setattr("bench.reports.identification.spread_chart.FEWEST", 4)
     kxx, *_ = spread_chart(plan, runs, summary).panels
     assert kxx.title == "kxx (MN/m)"
     assert drawn(kxx)["paper"].y.tolist() == [50.3, 50.1]

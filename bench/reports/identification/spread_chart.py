@@ -19,6 +19,7 @@ from ksmea.show.charts.colours import INTERVAL, PAPER, REFERENCE
 COLUMNS = 3  # of panels: more are too small to read
 WIDE = 50.0  # largest to smallest value, from which on an axis is logarithmic
 LONG = 6  # characters, from which on names of cells stand upright
+FEWEST = 5  # values of which a box is drawn
 BEYOND = 0.1  # of the spread of all that is drawn: as far behind it an open side ends
 REACH = 0.45  # half of what a line of a cell takes
 
@@ -41,15 +42,18 @@ def spread_chart(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Chart
     ]
     n_run = int(runs.groupby("cell").size().max())
     factors = [short(axis) for axis in telling_axes(plan)]
-    title = f"{plan.name}: medians, quartiles and extremes of {n_run} repetition{'s' * (n_run > 1)}"
+    shown = "all values" if n_run < FEWEST else "medians, quartiles and extremes"
+    title = f"{plan.name}: {shown} of {n_run} repetition{'s' * (n_run > 1)}"
     title += f", by {' / '.join(factors)}" * (len(factors) > 1)
     there = {element.name for panel in panels for element in panel.elements}
     marks = [said for name, said in MARKS.items() if name in there]
-    caption = f"{', '.join(['Boxes: median, quartiles and all values of each cell', *marks])}."
+    boxes = "Dots: values of each cell" if n_run < FEWEST else "Boxes: median, quartiles and all values of each cell"
+    caption = f"{', '.join([boxes, *marks])}."
     across = min(COLUMNS, len(panels))
     return Chart(title, caption, tuple((panel,) for panel in panels), across, max(2.9 * across, 4.0), most=len(panels))
 
 
+OURS = "this bench"
 PRINTED, TRUE, MEDIAN_INTERVAL = "paper", "reference", "median interval (arrow: open side)"
 MARKS = {
     PRINTED: "diamonds: paper",
@@ -82,7 +86,7 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
         rows["reference"].to_numpy(float),
     )
     is_log = (name == "time" and bool(np.isfinite(paper).any())) or _is_wide([*values, paper])
-    elements: list[Element] = [Boxes(at, values, name="this bench", with_points=True)]
+    elements: list[Element] = [_spread(at, values)]
     if has_intervals(rows):
         every = np.concatenate([*values, reference, paper])
         has = ~lacks_interval(rows).to_numpy(bool)
@@ -105,6 +109,13 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
     )
     y = Axis("", "log" if is_log else "linear", is_whole=name in EFFORT and not unit)
     return Panel(tuple(elements), x, y, f"{name} ({unit})" if unit else name.replace("_", " "), 2.3)
+
+
+def _spread(at: Array, values: Sequence[Array]) -> Element:
+    """Boxes of the values of each cell (n,), or all of them where they are too few for quartiles."""
+    if max(map(len, values), default=0) >= FEWEST:
+        return Boxes(at, values, name=OURS, with_points=True)
+    return Points(np.repeat(at, [len(each) for each in values]), np.concatenate(values), name=OURS, size=4.0)
 
 
 def interval_elements(at: Array, low: Array, high: Array, values: Array, *, is_log: bool = False) -> list[Element]:
