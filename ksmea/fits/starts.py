@@ -48,7 +48,7 @@ def screened(case: Case, points: Array) -> Screened:
 
 def screened_both_ways(case: Case, points: Array) -> tuple[Screened, Screened]:
     """Points of `screened`, and points by the part of the data at 1X not a multiple of the response."""
-    by_ratio, by_shape = _ranked_by([_by_ratio, _by_shape], case, points)
+    by_ratio, by_shape = _ranked_by([_by_ratio, _by_shape], case.for_screening(), points)
     return by_ratio, by_shape
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from contextlib import suppress
 
 from ksmea.arrays import Array
@@ -14,7 +15,7 @@ from ksmea.numerics.least_squares import descend
 from ksmea.numerics.objective import Objective
 from ksmea.plugins.surrogate import Predictor
 from ksmea.plugins.transforms import Transform
-from ksmea.problem.alignment import require_aligned
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 
 
@@ -36,7 +37,6 @@ def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> 
     The Jacobian is from the sensitivity if the problem has one. Raises `SettingError` if the model's problem is not
     evaluated as the misfit's measurement.
     """
-    require_aligned(model.problem, misfit.measurement)
 
     def residuals(u: Array) -> Array:
         return misfit.residuals(misfit.observed(model.response(u)))
@@ -44,8 +44,13 @@ def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> 
     def jacobian(u: Array) -> Array:
         return misfit.jacobian(*model.linearise(u))
 
+    few = Case(model.problem, misfit.measurement).for_screening()
+    by_few = (
+        misfit if few.measurement is misfit.measurement else dataclasses.replace(misfit, measurement=few.measurement)
+    )
+
     def screening(u: Array) -> Array:
-        return misfit.screening(misfit.observed(model.response(u)))
+        return by_few.screening(by_few.observed(model.response_of(few.problem, u)))
 
     return Objective(
         len(model.problem.parameters),

@@ -14,6 +14,8 @@ from ksmea.numerics.screening import sobol
 from ksmea.problem.alignment import aligned, require_aligned, through
 from ksmea.problem.problem import Problem
 
+MOST_SCREENED = 200  # speeds at which points of a whole box are compared
+
 
 @dataclass(frozen=True, eq=False)
 class Case:
@@ -43,6 +45,17 @@ class Case:
         An example is one with other noise.
         """
         return Case(self.problem, measurement)
+
+    def for_screening(self) -> Case:
+        """At no more than `MOST_SCREENED` of its speeds, evenly chosen; itself where it has no more.
+
+        Points are ranked by means over speeds and channels, which few of many speeds give as well.
+        """
+        n = len(self.measurement.speed)
+        if n <= MOST_SCREENED:
+            return self
+        kept = np.unique(np.linspace(0, n - 1, MOST_SCREENED).astype(int))
+        return Case.of(self.problem, self.measurement.part(kept))
 
     def answered(self) -> Case:
         """Through the channels at whose harmonics the problem moves at all.

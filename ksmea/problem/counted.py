@@ -113,8 +113,12 @@ class Model(Meter):
 
     def response(self, u: Array) -> ComplexArray:
         """(k, d) in the unit cube → complex response (k, n_speed, n_channel), m."""
+        return self.response_of(self.problem, u)
+
+    def response_of(self, problem: Problem, u: Array) -> ComplexArray:
+        """Response of its problem or of that at other speeds, which counts alike."""
         self.require(len(u))
-        return self.ask(self.problem.parameters.to_si(u), self.problem.response)
+        return self.ask(problem.parameters.to_si(u), problem.response)
 
     def linearise(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
         """Response (n_speed, n_channel) at a point (d,) of the unit cube and its derivatives.

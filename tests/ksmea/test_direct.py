@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import spearmanr
 
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.identification.direct import Direct
@@ -10,7 +11,9 @@ from ksmea.likelihood.misfit import Misfit
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.least_squares import descend
+from ksmea.numerics.screening import sobol
 from ksmea.plugins.identification import Streams
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 from ksmea.problem.problem import Problem
 from optimizers.de import DE
@@ -69,6 +72,20 @@ def misfit_from_the_truth(problem, measurement):
     objective = model_objective(Model(problem), misfit)
     descend(objective, problem.parameters.to_cube(TRUTH), max_iterations=200)
     return objective.result().value - misfit.offset
+
+
+def test_many_speeds_are_screened_at_200_of_them():
+    """Means over 200 of 800 speeds rank points as those over all do; each counts as one evaluation."""
+    problem = ThreeDisk(n_speed=800).build()
+    model, misfit = Model(problem), Misfit(measured(problem, 0), "log")
+    points = sobol(256, len(problem.parameters))
+    found = model_objective(model, misfit).screening(points)
+    assert model.evaluations == 256
+    every = misfit.screening(misfit.observed(problem.response(problem.parameters.to_si(points))))
+    assert spearmanr(found, every).statistic > 0.999
+    few = Case(problem, misfit.measurement).for_screening()
+    assert len(few.measurement.speed) == 200 and few.measurement.speed[[0, -1]] == pytest.approx(problem.speed[[0, -1]])
+    assert few.for_screening() is few
 
 
 @pytest.mark.parametrize("seed", range(4))
