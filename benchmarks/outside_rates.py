@@ -321,7 +321,7 @@ def row(cause: str, number: int) -> dict[str, Any]:
 
 
 def _found(record: DiagnosisRecord, hidden: Cause, seconds: float) -> dict[str, Any]:
-    """The verdict, the place and the size of what is left beside what was hidden."""
+    """The verdict, the place and the misfit, compared with the hidden cause."""
     best, where = next(iter(record.ranking), None), record.location
     drop = best.deviance_drop if best is not None else 0.0
     if where is not None:

@@ -1,4 +1,4 @@
-"""Verdict of a diagnosis beside a location in its data: `located` in place of `unknown`, or of names that are elsewhere.
+"""Verdict of a diagnosis and a location in its data: `located` in place of `unknown`, or of names that are elsewhere.
 
 Effects may stand for a cause that the library lacks: a damper to the ground between the bearings looks like unequal bearings with
 damping along the shaft. If a location is sharp and no explanation acts there alone, a force that follows a law at one of its places
@@ -82,4 +82,5 @@ def remark_on(found: Diagnosis, where: LocationRecord) -> str:
     law = where.law
     assert law is not None, "an explanation is given up for a law alone"
     names = " with ".join(found.explanations[0].names)
-    return f"{names} would fit, but {law.law} at {law.position:g} m, where an unknown {law.kind} is located, explains the data as well"
+    place = f"{law.position:g} m"
+    return f"{names} would fit, but {law.law} at {place} explains the data as well, and an unknown {law.kind} is located there"

@@ -116,7 +116,7 @@ class Model(Meter):
         return self.response_of(self.problem, u)
 
     def response_of(self, problem: Problem, u: Array) -> ComplexArray:
-        """Response of its problem or of that at other speeds, which counts alike."""
+        """Response of its problem, or of its problem at other speeds, which counts alike."""
         self.require(len(u))
         return self.ask(problem.parameters.to_si(u), problem.response)
 
