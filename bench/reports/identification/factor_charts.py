@@ -105,7 +105,7 @@ def cells_chart(sweep: Sweep) -> Chart:
         stacks.append((_heat(sweep, cells, block if blocks else None, blocks, columns, rows, of_rows),))
     across = min(len(stacks), MOST_ACROSS)
     most = f"; first {MOST_ROWS} rows" if len(of_rows) == MOST_ROWS else ""
-    caption = f"{sweep.quantity}, median of each cell; the darker the larger; framed: best, with all within 5 %{most}. {_counted(sweep)}"
+    caption = f"{sweep.quantity}, median of each cell; the stronger the blue, the larger; framed: best, with all within 5 %{most}. {_counted(sweep)}"
     width = max(1.1 * len(sweep.factors[columns]) * across + 1.6, 4.5)
     return Chart(cells_finding(sweep), caption, tuple(stacks), across, min(width, 12.0), most=len(stacks))
 
