@@ -1,4 +1,4 @@
-"""Rates at which a diagnosis with its library invents a name for a cause that the library lacks, on drawn machines.
+"""Rates at which a diagnosis invents a name for a cause that its library lacks, on drawn machines.
 
     OPENBLAS_NUM_THREADS=1 python -m benchmarks.outside_rates 5 rows.csv [CAUSE …]
     python -m benchmarks.outside_rates rows.csv
@@ -54,7 +54,10 @@ N_STEP, NEAR = 10, 0.85  # steps of the size until the change is at most, and ne
 
 @dataclass(frozen=True)
 class Machine:
-    """A drawn machine: the problem as a user states it, a finer one that makes the data, and one between for harmonic balance."""
+    """A drawn machine as a user states it, and finer ones that make the data.
+
+    The finest is solved as dense matrices, the one between by harmonic balance.
+    """
 
     problem: RotorProblem
     fine: RotorProblem
@@ -136,7 +139,7 @@ class Cause:
 
 
 def _turning(machine: Machine, power: int) -> ComplexArray:
-    """A load (n_speed, 2) of 1 N at the median speed that turns with the shaft and grows with a power of the speed."""
+    """A load (n_speed, 2) of 1 N at the median speed that turns and grows with a power of the speed."""
     return (machine.fine.speed[:, None] / machine.middle_speed) ** power * np.array([1, -1j])
 
 
@@ -194,7 +197,7 @@ def pedestal(machine: Machine, rng: np.random.Generator) -> Cause:
 
 
 def absorber(machine: Machine, rng: np.random.Generator) -> Cause:
-    """A mass on a spring with 5 % damping at a disk, at rest with the housing of the shaft; it resonates in the band."""
+    """A mass on a spring with 5 % damping at a disk, which resonates in the band."""
     place, speed = machine.disk(rng), machine.fine.speed
     own = rng.uniform(0.9, 1.1) * machine.middle_speed
     dynamic = -(speed**2) * (own**2 + 0.1j * own * speed) / (own**2 + 0.1j * own * speed - speed**2)

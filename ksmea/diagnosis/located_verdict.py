@@ -1,4 +1,6 @@
-"""Verdict of a diagnosis and a location in its data: `located` in place of `unknown`, or of names that are elsewhere.
+"""Verdict of a diagnosis and a location in its data.
+
+It is `located` in place of `unknown`, or of names that are elsewhere.
 
 Effects may stand for a cause that the library lacks: a damper to the ground between the bearings looks like unequal bearings with
 damping along the shaft. If a location is sharp and no explanation acts there alone, a force that follows a law at one of its places
@@ -25,7 +27,7 @@ def with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisRe
 
 
 def is_elsewhere(found: Diagnosis, sites: Location) -> bool:
-    """Whether effects are named, but a sharp location finds no place where all effects of an explanation act.
+    """Whether effects are named, but act elsewhere than where a sharp location finds something.
 
     Args:
         found: diagnosis.

@@ -87,7 +87,7 @@ class AddedMass(SeatedEffect):
         return f"{super().__str__()} with {word} {self.radius / MILLIMETRE:.3g} mm"
 
     def _lowest(self, problem: RotorProblem) -> float:
-        """The most that may be missing, kg, as a negative number: 0 on the bare shaft, which has no mass to lose."""
+        """The most that may be missing, kg, below 0; a bare shaft has no mass to lose."""
         parts = (*problem.rotor.disks, *problem.rotor.masses)
         there = sum(max(part.mass, 0.0) for part in parts if is_near(part.position, self.place))
         missing = MISSING / LARGEST_INERTIA if self.inertia == FREE else MISSING
