@@ -103,7 +103,7 @@ class Machine:
         load: ComplexArray | Array | int = 0,
         impedance: ComplexArray | Array | int = 0,
     ) -> ComplexArray:
-        """Response with a load (n_speed, 2) at a place, N or N m, and an impedance (n_speed, 2, 2) to the motion there."""
+        """Response with a load (n_speed, 2) at a place, N or N m, and an impedance (n_speed, 2, 2) there."""
         speed = self.fine.speed
         load, impedance = np.zeros((len(speed), 2)) + load, np.zeros((len(speed), 2, 2)) + impedance
         at_site = unit_loads(self.rotor, [Load(position, axis, quantity) for axis in "xy"], len(speed))
@@ -281,7 +281,7 @@ CAUSES = {maker.__name__: maker for maker in WITHOUT}
 
 
 def of_change(machine: Machine, cause: Cause, change: float) -> ComplexArray:
-    """The response with the cause at a size that changes it by a part of its rms, or less where no balance is found."""
+    """The response with the cause, which changes it by a part of its rms, or less without a balance."""
     scale = np.sqrt(np.mean(np.abs(machine.plain) ** 2))
     low, high, best = 0.0, np.inf, machine.plain
     size = cause.start

@@ -69,7 +69,7 @@ def test_a_plain_run_uses_no_more_than_it_needs(study):
     """So that a constant changed in the diagnosis leaves finished identifications and CRLB studies fresh."""
     used = used_modules(CHOSEN | study)
     assert not [name for name in used if name.split(".")[:2] in [["ksmea", folder] for folder in FAR_FROM_A_FIT]]
-    assert len(used) <= 126  # 125, six of which are of numbers known to a tolerance
+    assert len(used) <= 127  # 126, six of which are of numbers known to a tolerance
 
 
 def test_details_of_an_identification_use_what_they_show():
@@ -109,7 +109,7 @@ def digest_in(place):
     [
         ("surrogates/theta_search.py", "VARIANCE_FLOOR = 1e-20", "VARIANCE_FLOOR = 1e-19", True),
         ("problems/rotor/finite_elements/shaft.py", "import numpy as np", "import numpy as np\n\nDENSITY = 1.0", True),
-        ("optimizers/ga.py", "import copy", "import copy\nimport math", False),
+        ("optimizers/ga.py", "import numpy as np", "import math\n\nimport numpy as np", False),
         ("ksmea/location/force_law.py", "N_FIRST = ", "N_SECOND = 1\nN_FIRST = ", False),
         ("bench/reports/identification/spread_chart.py", "COLUMNS = 3", "COLUMNS = 4", False),
         ("ksmea/identification/ksmea.py", "import time", "# a remark\nimport   time", False),

@@ -138,7 +138,7 @@ def test_a_second_effect_that_only_shows_in_its_own_fit_is_named_too(rotor, seed
 def test_an_effect_that_explains_the_data_as_well_is_reported_however_many_unknowns_it_has(rotor, hide):
     """A mass on a stiff spring does as much as one on the shaft, but has three unknowns for it: BIC would leave it out, and the data hold
     no evidence against it."""
-    measurement, _, _ = hide("added_mass", 5)
+    measurement, _, _ = hide("added_mass", 24)
     found = diagnosed(rotor, measurement, few("added_mass", "spring_mass", "runout"))
     rigid, sprung = (
         next(trial for trial in found.trials if trial.name == name) for name in ("added_mass", "spring_mass")

@@ -176,8 +176,10 @@ def test_a_skewed_disk_is_a_moment_that_turns():
     columns = PLAIN.load_response(TRUTH[None], [Load(0.5, axis, "moment") for axis in "xy"])[0]
     added = problem.response(x)[0] - PLAIN.response(TRUTH[None])[0]
     assert added == pytest.approx((columns @ moment[..., None])[..., 0], rel=1e-6, abs=1e-15)
-    with pytest.raises(SettingError, match="moment"):
-        local("skew", 0.77).added_to(PLAIN)  # between nodes
+    between, x = with_law("skew", [2e-4, -1e-4], position=0.77)  # nodes
+    columns = PLAIN.load_response(TRUTH[None], [Load(0.77, axis, "moment") for axis in "xy"])[0]
+    added = between.response(x)[0] - PLAIN.response(TRUTH[None])[0]
+    assert added == pytest.approx((columns @ moment[..., None])[..., 0], rel=1e-6, abs=1e-15)
 
 
 def test_a_smooth_force_is_what_it_is_at_its_knots_and_refuses_speeds_beyond():
