@@ -16,7 +16,6 @@ import dataclasses
 import sys
 import time
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
-from benchmarks.resumed import add_missing_rows
+from benchmarks.resumed import rows_of
 from ksmea.arrays import Array
 from ksmea.diagnosis.diagnosis import NEAR, Criteria, Diagnosis, diagnose
 from ksmea.diagnosis.further_measurement import Split
@@ -215,12 +214,7 @@ def figure(rows: pd.DataFrame) -> Figure:
 
 
 def main(arguments: list[str]) -> None:
-    if arguments[0].isdigit():
-        n_draw, path, causes = int(arguments[0]), Path(arguments[1]), arguments[2:] or list(CAUSES)
-        add_missing_rows(path, COLUMNS, row, ((cause, seed) for seed in range(n_draw) for cause in causes))
-    else:
-        path = Path(arguments[0])
-    rows = pd.read_csv(path)
+    rows = rows_of(arguments, COLUMNS, row, CAUSES)
     print(rates(rows))
     if not arguments[0].isdigit() and len(arguments) > 1:
         figure(rows).savefig(arguments[1], dpi=110)

@@ -19,13 +19,13 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from benchmarks.resumed import add_missing_rows
+from benchmarks.acting import response_with
+from benchmarks.resumed import rows_of
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
@@ -33,13 +33,10 @@ from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
 from ksmea.plugins import registry
 from ksmea.problem.case import Case
-from ksmea.problem.load import Load
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.location import LocationRecord
 from ksmea.studies.diagnose import diagnosis
 from measurements.hidden_size import drawn_size
-from problems.rotor.finite_elements.assembly import assemble
-from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance, unit_loads
 from problems.rotor.response import dense
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
@@ -80,13 +77,8 @@ def acting(
     impedance: Array | ComplexArray | int = 0,
 ) -> Hidden:
     """A load (n_speed, 2) at a place, N or N m, and an impedance (n_speed, 2, 2) to the motion there, N/m."""
-    load = np.zeros((N_SPEED, 2)) + load
-    impedance = np.zeros((N_SPEED, 2, 2)) + impedance
-    at_site = unit_loads(ROTOR, [Load(position, axis, quantity) for axis in "xy"], N_SPEED)
-    stiffness = dense.dynamic_stiffness(assemble(ROTOR), SPEED) + at_site @ impedance @ np.swapaxes(at_site, 1, 2)
-    force = force_per_unbalance(ROTOR, SPEED) @ complex_unbalance(ROTOR) + (at_site @ load[..., None])[..., 0]
-    motion = np.linalg.solve(stiffness, force[..., None])[..., 0]
-    return Hidden(motion @ dense.channel_rows(ROTOR, FINE.channels).T, quantity, float(position), laws)
+    response = response_with(ROTOR, SPEED, FINE.channels, position, quantity, load, impedance)
+    return Hidden(response, quantity, float(position), laws)
 
 
 def turning(rng: np.random.Generator, least: float, most: float) -> ComplexArray:
@@ -261,12 +253,7 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def main(arguments: list[str]) -> None:
-    if arguments[0].isdigit():
-        n_draw, path, causes = int(arguments[0]), Path(arguments[1]), arguments[2:] or list(CAUSES)
-        add_missing_rows(path, COLUMNS, row, ((cause, seed) for seed in range(n_draw) for cause in causes))
-    else:
-        path = Path(arguments[0])
-    table = summary(pd.read_csv(path).sort_values("seed"))
+    table = summary(rows_of(arguments, COLUMNS, row, CAUSES).sort_values("seed"))
     print(table.set_index("cause").T.to_string(float_format="{:.3g}".format))
 
 

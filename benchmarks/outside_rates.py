@@ -17,14 +17,14 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from bench.reports.tables import interval
-from benchmarks.resumed import add_missing_rows
+from bench.reports.tables import rate
+from benchmarks.acting import response_with
+from benchmarks.resumed import rows_of
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
@@ -38,7 +38,7 @@ from problems.drawn import Drawn
 from problems.drawn_kinds import KINDS, N_ELEMENT
 from problems.rotor.finite_elements.assembly import assemble
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance, unit_loads
+from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.response import dense
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import rotor_at
@@ -104,15 +104,7 @@ class Machine:
         impedance: ComplexArray | Array | int = 0,
     ) -> ComplexArray:
         """Response with a load (n_speed, 2) at a place, N or N m, and an impedance (n_speed, 2, 2) there."""
-        speed = self.fine.speed
-        load, impedance = np.zeros((len(speed), 2)) + load, np.zeros((len(speed), 2, 2)) + impedance
-        at_site = unit_loads(self.rotor, [Load(position, axis, quantity) for axis in "xy"], len(speed))
-        stiffness = dense.dynamic_stiffness(assemble(self.rotor), speed) + at_site @ impedance @ np.swapaxes(
-            at_site, 1, 2
-        )
-        force = force_per_unbalance(self.rotor, speed) @ complex_unbalance(self.rotor)
-        motion = np.linalg.solve(stiffness, (force + (at_site @ load[..., None])[..., 0])[..., None])[..., 0]
-        return np.asarray(motion @ dense.channel_rows(self.rotor, self.fine.channels).T)
+        return response_with(self.rotor, self.fine.speed, self.fine.channels, position, quantity, load, impedance)
 
     def balanced(self, position: float, force_at: Callable[[Array, ComplexArray], Array]) -> ComplexArray:
         """Response with a force at a place that is not linear in the motion."""
@@ -135,12 +127,6 @@ class Cause:
     position: float
     sized: Sized
     start: float
-    kind: str = "force"
-
-
-def _turning(machine: Machine, power: int) -> ComplexArray:
-    """A load (n_speed, 2) of 1 N at the median speed that turns and grows with a power of the speed."""
-    return (machine.fine.speed[:, None] / machine.middle_speed) ** power * np.array([1, -1j])
 
 
 def _static_stiffness(machine: Machine, position: float) -> float:
@@ -209,14 +195,14 @@ def magnetic_pull(machine: Machine, rng: np.random.Generator) -> Cause:
     """A force that turns with the shaft and is as large at each speed, between the bearings."""
     place, turn = machine.between(rng), np.exp(2j * np.pi * rng.uniform())
     start = _static_stiffness(machine, place) * float(np.median(machine.motion_at(place)))
-    return Cause(place, lambda size: machine.acting(place, load=size * turn * _turning(machine, 0)), start)
+    return Cause(place, lambda size: machine.acting(place, load=size * turn * np.array([1, -1j])), start)
 
 
 def tilting_spring(machine: Machine, rng: np.random.Generator) -> Cause:
     """A bearing that also resists tilting."""
     place = machine.bearing(rng)
     start = _static_stiffness(machine, place) * (0.1 * machine.rotor.length) ** 2
-    return Cause(place, lambda size: machine.acting(place, "moment", impedance=size * np.eye(2)), start, "moment")
+    return Cause(place, lambda size: machine.acting(place, "moment", impedance=size * np.eye(2)), start)
 
 
 def hardening(machine: Machine, rng: np.random.Generator) -> Cause:
@@ -361,26 +347,17 @@ def _counts(mine: pd.DataFrame) -> dict[str, Any]:
             verdict: int((clear["verdict"] == verdict).sum())
             for verdict in ("located", "unknown", "ambiguous", "named")
         },
-        "honest": _rate(honest, len(clear)),
-        "right place": _rate(right, len(with_place)),
+        "honest": rate(honest, len(clear)),
+        "right place": rate(right, len(with_place)),
         "share": with_place["share"].median(),
         "seconds": mine["seconds"].median(),
         "most": mine["seconds"].max(),
     }
 
 
-def _rate(count: int, total: int) -> str:
-    low, high = interval(count, total)
-    return f"{count} of {total} ({100 * low:.0f}–{100 * high:.0f} %)"
-
-
 def main(arguments: list[str]) -> None:
-    if arguments[0].isdigit():
-        n_draw, path, causes = int(arguments[0]), Path(arguments[1]), arguments[2:] or list(CAUSES)
-        add_missing_rows(path, COLUMNS, row, ((cause, number) for number in range(n_draw) for cause in causes))
-    else:
-        path = Path(arguments[0])
-    print(summary(pd.read_csv(path).sort_values("number")).to_string(index=False, float_format="{:.3g}".format))
+    rows = rows_of(arguments, COLUMNS, row, CAUSES)
+    print(summary(rows.sort_values("number")).to_string(index=False, float_format="{:.3g}".format))
 
 
 COLUMNS = [

@@ -33,6 +33,20 @@ def add_missing_rows(
             pd.DataFrame([made]).reindex(columns=columns).to_csv(path, mode="a", header=not path.exists(), index=False)
 
 
+def rows_of(
+    arguments: Sequence[str], columns: Sequence[str], row: Callable[..., dict[str, Any]], causes: Iterable[str]
+) -> pd.DataFrame:
+    """Rows of a file on a command line, `N FILE [CAUSE …]` or `FILE`.
+
+    With a number they are completed first, so that it has N draws of each cause.
+    """
+    if not arguments[0].isdigit():
+        return pd.read_csv(arguments[0])
+    n_draw, path, chosen = int(arguments[0]), Path(arguments[1]), arguments[2:] or list(causes)
+    add_missing_rows(path, columns, row, ((cause, number) for number in range(n_draw) for cause in chosen))
+    return pd.read_csv(path)
+
+
 class _Row:
     """A row of a task, in another process."""
 

@@ -89,7 +89,7 @@ class AddedMass(SeatedEffect):
     def _lowest(self, problem: RotorProblem) -> float:
         """The most that may be missing, kg, below 0; a bare shaft has no mass to lose."""
         parts = (*problem.rotor.disks, *problem.rotor.masses)
-        [place, *_] = self.seats(problem) if self.position is None else [self.position]
+        place = self.placed_on(problem).place
         there = sum(max(part.mass, 0.0) for part in parts if is_near(part.position, place))
         missing = MISSING / LARGEST_INERTIA if self.inertia == FREE else MISSING
         return -min(missing * there, LARGEST * rotor_mass(problem))

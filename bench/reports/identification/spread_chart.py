@@ -42,12 +42,13 @@ def spread_chart(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Chart
     ]
     n_run = int(runs.groupby("cell").size().max())
     factors = [short(axis) for axis in telling_axes(plan)]
-    shown = "all values" if n_run < FEWEST else "medians, quartiles and extremes"
+    has_boxes = any(isinstance(element, Boxes) for panel in panels for element in panel.elements)
+    shown = "medians, quartiles and extremes" if has_boxes else "all values"
     title = f"{plan.name}: {shown} of {n_run} repetition{'s' * (n_run > 1)}"
     title += f", by {' / '.join(factors)}" * (len(factors) > 1)
     there = {element.name for panel in panels for element in panel.elements}
     marks = [said for name, said in MARKS.items() if name in there]
-    boxes = "Dots: values of each cell" if n_run < FEWEST else "Boxes: median, quartiles and all values of each cell"
+    boxes = "Boxes: median, quartiles and all values of each cell" if has_boxes else "Dots: values of each cell"
     caption = f"{', '.join([boxes, *marks])}."
     across = min(COLUMNS, len(panels))
     return Chart(title, caption, tuple((panel,) for panel in panels), across, max(2.9 * across, 4.0), most=len(panels))
@@ -99,9 +100,9 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
     if np.isfinite(paper).any():
         elements.append(Points(at, paper, "diamond", name=PRINTED, colour=PAPER))
     labels = _labels(plan, cells)
-    [one, *others] = telling_axes(plan)
+    axes = telling_axes(plan)
     x = Axis(
-        "" if others else one,  # more than one stand in the title: below each panel they are wider than it
+        axes[0] if len(axes) == 1 else "",  # more than one stand in the title: below each panel they are wider than it
         low=-0.6,
         high=len(cells) - 0.4,
         ticks=labels,
