@@ -30,14 +30,17 @@ def _evaluation(n_speed: int, batch: int) -> Row:
     solver_demand = {1: 25, 100: 150}[batch] if is_first else None
     ross_demand = 10_000 if is_first and batch > 1 else None
     ross = partial(by, task="fe_ross:evaluation", library=ROSS, note=SAME, n_speed=n_speed)
+    ports_demand = {1: 1, 100: 4}[batch] if is_first else None
     contestants = (
         by("here", "fe_here:evaluations", n_speed=n_speed, batch=batch),
+        by("numpy: 4 × 4 ports", "fe_ports:evaluations", NUMPY, ports_demand, SAME, n_speed=n_speed, batch=batch),
         by("numpy.linalg.solve", "fe_dense:evaluations", NUMPY, solver_demand, SAME, n_speed=n_speed, batch=batch),
         ross("ROSS: rebuild, run_unbalance_response", at_least=ross_demand),
         ross("ROSS: rebuild, loop over transfer_matrix", loop=True),
     )
     name = "one evaluation" if batch == 1 else f"batch of {batch}"
-    return _of_speeds(name, contestants, unit="evaluation", size=n_speed, is_quick=is_first)
+    demand = {1: 25e-6, 100: 3e-6}[batch] if is_first else None
+    return _of_speeds(name, contestants, unit="evaluation", size=n_speed, is_quick=is_first, no_more_than=demand)
 
 
 def _set_up(n_speed: int) -> Row:

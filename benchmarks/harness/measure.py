@@ -19,7 +19,6 @@ from benchmarks.harness.row import Contestant, Row
 LEAST_SECONDS = 0.02  # of a timed block: shorter ones are of the size of a clock's and a scheduler's steps
 BUSIEST = 20  # a call's wall time is taken for no less than this part of it: what sleeps has no CPU time
 LONG = 1.0  # s of a first call, beyond which it counts as what a call takes
-LEAST_TURNS = 3  # of what takes so long that the row's budget would allow fewer
 
 
 @dataclass
@@ -47,6 +46,10 @@ class Measured:
     @property
     def quality(self) -> float | None:
         return float(np.median(self.qualities)) if self.qualities else None
+
+    def failed(self, above: float | None) -> int | None:
+        """How many turns ended with a quality above a limit."""
+        return None if above is None or not self.qualities else sum(each > above for each in self.qualities)
 
 
 def measured(row: Row, processes: Processes, turns: int) -> list[Measured]:
@@ -109,11 +112,11 @@ def _take(row: Row, each: Measured, ask: Any, turn: int) -> None:
 def _turns(row: Row, for_one: float, wanted: int) -> int:
     """Number of turns: as many as the budget of the row allows.
 
-    They are at most those wanted, at least `LEAST_TURNS` or what is wanted.
+    They are at most those wanted, at least the row's least or what is wanted.
     """
     wanted = wanted if row.turns is None else min(wanted, row.turns)
     allowed = math.floor(row.budget / for_one) if for_one > 0 else wanted
-    return max(min(wanted, allowed), min(wanted, LEAST_TURNS))
+    return max(min(wanted, allowed), min(wanted, row.least_turns))
 
 
 def calls_of_a_block(seconds: float) -> int:

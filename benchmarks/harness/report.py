@@ -103,9 +103,16 @@ def _cells(line: pd.Series) -> list[str]:
         seconds(line["seconds"]),
         *_ratio(line),
         f"{line['difference']:.1e}" if math.isfinite(line["difference"]) else "",
-        f"{line['quality_of']} {line['quality']:.3g}" if math.isfinite(line["quality"]) else "",
+        _quality(line),
         demand,
     ]
+
+
+def _quality(line: pd.Series) -> str:
+    if not math.isfinite(line["quality"]):
+        return ""
+    failed = f", failed {line['failed']:.0f} of {line['turns']}" if line["failed"] > 0 else ""
+    return f"{line['quality_of']} {line['quality']:.3g}{failed}"
 
 
 def _ratio(line: pd.Series) -> tuple[str, str]:

@@ -60,8 +60,10 @@ class Row:
     is_quick: bool = False
     budget: float = 20.0
     turns: int | None = None  # at most
+    least_turns: int = 3  # of what takes so long that the budget would allow fewer
     is_warmed: bool = True  # a first call is made that does not count; not where one takes minutes
     limit: float = 600.0
+    failed_above: float | None = None  # a quality beyond which a result counts as failed
     no_more_than: float | None = None  # s a unit of ours: a demand on the time itself
 
     @property

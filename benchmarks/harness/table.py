@@ -23,11 +23,11 @@ COLUMNS = (
     *("group", "row", "size", "size_of", "contestant", "version", "clock", "turns", "calls", "unit"),
     *("seconds", "seconds_q1", "seconds_q3", "ratio", "ratio_q1", "ratio_q3"),
     "difference",  # of its values from those of the first line, largest over largest
-    *("quality", "quality_of"),  # smaller is better
+    *("quality", "quality_of", "failed"),  # smaller is better; turns whose quality is no better than a mean's
     *("exponent", "at_least", "no_more_than", "reached", "skipped", "note", "is_quick"),
     *MACHINE,
 )
-NUMBERS = ("size", *SECONDS, *RATIO, "difference", "quality", "exponent", "at_least", "no_more_than")
+NUMBERS = ("size", *SECONDS, *RATIO, "difference", "quality", "failed", "exponent", "at_least", "no_more_than")
 TEXTS = ("size_of", "version", "quality_of", "reached", "skipped", "note")
 PART = "ratio: its part of the whole"  # the note of a part's line
 KEY = ["group", "row", "size", "size_of", "contestant"]
@@ -45,7 +45,7 @@ def lines_of(row: Row, found: Sequence[Measured], machine: Mapping[str, object])
         line |= {"row": row.name, "turns": len(each.seconds), "calls": each.calls, "version": each.version, **machine}
         whole = line | {"contestant": each.contestant.name, "note": each.contestant.note, "is_quick": row.is_quick}
         whole |= {"skipped": each.skipped, "difference": each.difference, "at_least": each.contestant.at_least}
-        whole |= {"quality": each.quality, "quality_of": row.quality}
+        whole |= {"quality": each.quality, "quality_of": row.quality, "failed": each.failed(row.failed_above)}
         if each.seconds:
             whole |= zip(SECONDS, quartiles(each.seconds))
         if each is ours:

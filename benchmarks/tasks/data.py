@@ -1,6 +1,6 @@
 """Files that all sides of a row are handed, made once by this project and removed with the process.
 
-- Samples for surrogates: ln amplitude of the three-disk rotor at 53 speeds in x and y, (n, 106), over a Latin hypercube of its
+- Samples for surrogates: ln amplitude of the three-disk rotor at 53 speeds in x and y, (n, 106), over ten Latin hypercubes of its
   unknowns, or one of these outputs.
 - Run-ups to identify from: its amplitudes with 10 % noise, of another seed in each turn.
 """
@@ -17,6 +17,8 @@ from pathlib import Path
 import numpy as np
 
 N_HELD_OUT, N_MANY = 1000, 10_000
+N_DESIGN = 10
+FAILED = 0.9  # a fit whose error is above this part of a mean's
 ONE = 42  # the output of those who fit one at a time: x at 725 rad/s, between two critical speeds
 N_SEED = 32
 NOISE = 0.1  # of each value, 1 σ
@@ -24,7 +26,10 @@ NOISE = 0.1  # of each value, 1 σ
 
 @dataclass(frozen=True)
 class Samples:
-    """Points (n, 5) of the unit cube with outputs (n, q), one more, those held out, and many to predict."""
+    """Designs of n points (N_DESIGN, n, 5) of the unit cube with outputs (N_DESIGN, n, q), and points that all of them share.
+
+    The shared points are one more sample, those held out, and many to predict.
+    """
 
     u: np.ndarray
     y: np.ndarray
@@ -37,6 +42,11 @@ class Samples:
     def rmse(self, predicted: np.ndarray) -> float:
         """Of predictions (N_HELD_OUT, q)."""
         return float(np.sqrt(np.mean((predicted.reshape(self.held_out_y.shape) - self.held_out_y) ** 2)))
+
+    @property
+    def failed_above(self) -> float:
+        """RMSE above which a fit predicts hardly better than the mean of the held-out outputs."""
+        return FAILED * self.rmse(np.broadcast_to(self.held_out_y.mean(axis=0), self.held_out_y.shape))
 
 
 @dataclass(frozen=True)
@@ -68,7 +78,7 @@ def read_run_ups(path: str) -> RunUps:
 
 @cache
 def samples(n: int, q: int = 106) -> str:
-    """The file of n samples of all outputs, or of one."""
+    """The file of designs of n samples, with all outputs or with one."""
     from scipy.stats import qmc
 
     from problems.three_disk import ThreeDisk
@@ -79,13 +89,21 @@ def samples(n: int, q: int = 106) -> str:
         all_outputs = np.log(np.abs(problem.response(problem.parameters.to_si(u)))).reshape(len(u), -1)
         return all_outputs[:, [ONE]] if q == 1 else all_outputs
 
-    u = qmc.LatinHypercube(5, rng=np.random.default_rng(n)).random(n)
+    u = [qmc.LatinHypercube(5, rng=np.random.default_rng((n, design))).random(n) for design in range(N_DESIGN)]
     more = np.random.default_rng(1).random((1, 5))
     held_out = qmc.LatinHypercube(5, rng=np.random.default_rng(99)).random(N_HELD_OUT)
     many = np.random.default_rng(2).random((N_MANY, 5))
     return _file(
         f"samples_{n}_{q}.npz",
-        Samples(u, outputs(u), more[0], outputs(more)[0], held_out, outputs(held_out), many),
+        Samples(
+            np.array(u),
+            np.array([outputs(each) for each in u]),
+            more[0],
+            outputs(more)[0],
+            held_out,
+            outputs(held_out),
+            many,
+        ),
     )
 
 

@@ -53,9 +53,12 @@ def by_transfer_matrix(elements: tuple[list, list], x: np.ndarray, speed: np.nda
 
 def evaluation(n_speed: int, loop: bool = False) -> Task:
     """One set of unknowns: bearings rebuilt, then the response."""
-    elements, speed, points = shaft_and_disks(), rotor.speeds(n_speed), rotor.drawn(8)
+    elements, speed, points = shaft_and_disks(), rotor.speeds(n_speed), rotor.drawn(rotor.N_COMPARED)
     evaluate = by_transfer_matrix if loop else response
-    return Task(lambda turn: evaluate(elements, points[0], speed), values=lambda found: found)
+    return Task(
+        lambda turn: evaluate(elements, points[0], speed),
+        values=lambda _: np.array([evaluate(elements, each, speed) for each in points]),
+    )
 
 
 def set_up(n_speed: int) -> Task:

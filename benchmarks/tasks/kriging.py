@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness.task import Task
-from benchmarks.tasks.data import read_samples
+from benchmarks.tasks.data import N_DESIGN, read_samples
 
 THETA = np.array([1e-3, 1e3])  # limits of θ
 LENGTHS = tuple(1 / np.sqrt(2 * THETA[::-1]))
@@ -40,41 +40,41 @@ class Library:
 
 
 def fit(model: str, samples: str) -> Task:
-    """θ estimated and the model made; how good it is, at points held out."""
+    """θ estimated and the model made, of another design in each turn; how good it is, at points held out."""
     library, data = LIBRARIES[model](), read_samples(samples)
     held_out = library.points(data.held_out_u)
     return Task(
-        lambda turn: library.fit(data.u, data.y),
+        lambda turn: library.fit(data.u[turn % N_DESIGN], data.y[turn % N_DESIGN]),
         quality=lambda made: data.rmse(library.predict(made, held_out)),
-        units=data.y.shape[1],
+        units=data.y.shape[2],
     )
 
 
 def predict(model: str, samples: str, points: int) -> Task:
     """So many predictions of all outputs."""
     library, data = LIBRARIES[model](), read_samples(samples)
-    made, u = library.fit(data.u, data.y), library.points(data.many_u[:points])
-    return Task(lambda turn: library.predict(made, u), values=lambda found: found, units=points * data.y.shape[1])
+    made, u = library.fit(data.u[0], data.y[0]), library.points(data.many_u[:points])
+    return Task(lambda turn: library.predict(made, u), values=lambda found: found, units=points * data.y.shape[2])
 
 
 def fit_all(samples: str, outputs: int | None = None) -> Task:
     """A fit of the first so many outputs by ours, counted as one."""
     ours, data = by_us(), read_samples(samples)
-    return Task(lambda turn: ours.fit(data.u, data.y[:, :outputs]))
+    return Task(lambda turn: ours.fit(data.u[0], data.y[0, :, :outputs]))
 
 
 def append(samples: str) -> Task:
     """One more sample with θ as it is."""
     data = read_samples(samples)
-    model = by_us().fit(data.u, data.y)
+    model = by_us().fit(data.u[0], data.y[0])
     return Task(lambda turn: model.append(data.more_u, data.more_y))
 
 
 def refit(samples: str) -> Task:
     """scikit-learn's fit of all samples and one more with the kernel as it is: it has no cheaper way."""
     data = read_samples(samples)
-    kernel = fitted_by_sklearn(data.u, data.y).kernel_
-    u, y = np.vstack([data.u, data.more_u]), np.vstack([data.y, data.more_y])
+    kernel = fitted_by_sklearn(data.u[0], data.y[0]).kernel_
+    u, y = np.vstack([data.u[0], data.more_u]), np.vstack([data.y[0], data.more_y])
     return Task(lambda turn: fitted_by_sklearn(u, y, kernel))
 
 

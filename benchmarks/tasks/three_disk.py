@@ -13,6 +13,7 @@ YOUNG, SHEAR, DENSITY = 200e9, 200e9 / 2.6, 7800.0  # Pa, Pa, kg/m³
 BEARING_NODES, UNBALANCED_NODE, PROBE_NODE = (0, 13), 5, 1
 LOWER = np.array([10e6, 10e6, 10.0, 10.0, 5e-5])  # kxx, kyy N/m; cxx, cyy N s/m; u kg m
 UPPER = np.array([100e6, 100e6, 1000.0, 1000.0, 5e-4])
+N_COMPARED = 100  # sets of unknowns that all sides evaluate, to be compared
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
 
 

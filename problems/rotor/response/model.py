@@ -32,8 +32,10 @@ from problems.rotor.response.unknowns import (
     RotorNumbers,
     Unknown,
     check_unknowns,
+    complex_unbalance_at,
     inputs_at,
     rotor_at,
+    unbalance_and_slopes,
 )
 
 
@@ -68,6 +70,14 @@ class RotorModel:
     def inputs(self, x: Array) -> Inputs:
         """The rotor's numbers at sets (n, d) of its own unknowns, SI."""
         return inputs_at(self._numbers, x)
+
+    def complex_unbalance(self, x: Array) -> ComplexArray:
+        """Unbalance of each plane at sets (n, d) of its own unknowns, (n, n_plane) kg m."""
+        return complex_unbalance_at(self._numbers, x)
+
+    def unbalance_and_slopes(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Unbalance of each plane at one set (d,), (n_plane,) kg m, and its derivatives, (n_plane, d)."""
+        return unbalance_and_slopes(self._numbers, x)
 
     @cached_property
     def _numbers(self) -> RotorNumbers:
@@ -123,7 +133,7 @@ def checked_sets(x: Array, parameters: Parameters) -> Array:
 
 def finite(values: ComplexArray) -> ComplexArray:
     """The values, where all of them are finite."""
-    if not np.all(np.isfinite(values)):
+    if not np.isfinite(values).all():
         raise np.linalg.LinAlgError(
             "unbalance response is not finite: a parameter is not, or the rotor is undamped at a critical speed"
         )

@@ -23,13 +23,17 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.free_motion.free_motion import FreeMotion
 from problems.rotor.response import dense
 from problems.rotor.response.model import RotorModel, finite
+from problems.rotor.response.polynomial import (
+    LinearImpedance,
+    ResponsePolynomial,
+    has_few_monomials,
+    response_polynomial,
+)
 from problems.rotor.response.receptance import Reduction
 from problems.rotor.response.unknowns import (
     BearingTarget,
     Inputs,
-    OriginTarget,
     PedestalTarget,
-    UnbalanceTarget,
     columns_at,
 )
 
@@ -105,25 +109,55 @@ class PlainPhysics(Physics):
         return self.model.own
 
     def response(self, x: Array) -> ComplexArray:
-        """Response by rank-one updates, as in the reference results.
+        """Response as a ratio of polynomials where these have few terms, else by rank-one updates.
 
-        `Reduction.motion_on` is faster and differs by rounding.
+        `Reduction.motion_on` is faster than updates and differs by rounding.
         """
-        model, reduction = self.model, self.model.reduction
-        response = np.empty((len(x), len(model.speed), len(model.channels)), dtype=complex)
+        polynomial = self._polynomial
+        part = self._by_updates if polynomial is None else self._by_polynomial
+        nbytes = self.model.reduction.receptance.nbytes if polynomial is None else polynomial.nbytes_per_set
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
-            for chunk in _chunks(len(x), reduction):
-                inputs = model.inputs(x[chunk])
-                per_unbalance = reduction.response_per_load(_impedances(reduction, inputs))
-                response[chunk] = _combined(per_unbalance, inputs.complex_unbalance)
-        return finite(response)
+            parts = [part(x[chunk]) for chunk in _chunks(len(x), nbytes)]
+        return finite(parts[0] if len(parts) == 1 else np.concatenate(parts))
+
+    def _by_updates(self, x: Array) -> ComplexArray:
+        reduction, inputs = self.model.reduction, self.model.inputs(x)
+        per_unbalance = reduction.response_per_load(_impedances(reduction, inputs))
+        return _combined(per_unbalance, inputs.complex_unbalance)
+
+    def _by_polynomial(self, x: Array) -> ComplexArray:
+        assert self._polynomial is not None, "an exact polynomial"
+        return self._polynomial.response(x, self.model.complex_unbalance(x))
+
+    @cached_property
+    def _polynomial(self) -> ResponsePolynomial | None:
+        """None if it would have too many terms."""
+        model, reduction = self.model, self.model.reduction
+        scale = np.maximum(np.abs(model.own.lower), np.abs(model.own.upper))
+        scale[scale == 0] = 1
+        slopes: dict[tuple[int, int], dict[int, ComplexArray]] = {
+            (item.row_port, item.column_port): {} for item in reduction.impedances
+        }
+        for index, item in enumerate(model.unknowns):
+            for row, column, slope in (
+                each for target in item.targets for each in self._impedance_changes.get(target, [])
+            ):
+                of_port = slopes[row, column]
+                of_port[index] = of_port.get(index, 0) + scale[index] * slope
+        n_plane = len(model.rotor.unbalance)
+        n_value = len(model.speed) * len(model.channels) * n_plane
+        if not has_few_monomials([list(each) for each in slopes.values()], n_value):
+            return None
+        without = _impedances(reduction, model.inputs(np.zeros((1, len(scale)))))[:, 0]
+        impedances = [LinearImpedance(*each) for each in zip(without, slopes.values(), strict=True)]
+        return response_polynomial(reduction, impedances, scale, n_plane)
 
     def with_loads(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray]:
         model, reduction = self.model, self.model.loaded(loads)
         response = np.empty((len(x), len(model.speed), len(model.channels)), dtype=complex)
         per_load = np.empty((*response.shape, len(loads)), dtype=complex)
         with np.errstate(divide="ignore", invalid="ignore"):
-            for chunk in _chunks(len(x), reduction):
+            for chunk in _chunks(len(x), reduction.receptance.nbytes):
                 inputs = model.inputs(x[chunk])
                 columns = reduction.motion_on(_impedances(reduction, inputs), inputs.complex_unbalance)
                 response[chunk], per_load[chunk] = columns[..., 0], columns[..., 1:]
@@ -133,10 +167,12 @@ class PlainPhysics(Physics):
         return self.with_loads(x, loads)[1]
 
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
-        return self.response(x[None])[0], self.sensitivity(x)
-
-    def sensitivity(self, x: Array) -> ComplexArray:
-        return self.linearised_per_load(x, ())[1][:, :, 0]
+        if self._polynomial is None:
+            columns, change = self.linearised_per_load(x, ())
+            return columns[:, :, 0], change[:, :, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            response, sensitivity = self._polynomial.linearised(x, *self.model.unbalance_and_slopes(x))
+        return finite(response), finite(sensitivity)
 
     def linearised_per_load(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray]:
         """From D q = f: ∂q/∂z_rc = −D⁻¹ e_r q_c for an impedance, D⁻¹ ∂f/∂x for an unbalance."""
@@ -145,18 +181,15 @@ class PlainPhysics(Physics):
             receptance = reduction.receptance_on(_impedances(reduction, inputs)[:, 0])
         n_port, n_plane = reduction.n_port, len(model.rotor.unbalance)
         per_port, per_unbalance = receptance[n_port:, :n_port], receptance[n_port:, n_port : n_port + n_plane]
-        of_unbalance = np.einsum("rus,u->rs", receptance[:, n_port : n_port + n_plane], inputs.complex_unbalance[0])
+        unbalance, unbalance_slopes = model.unbalance_and_slopes(x)
+        of_unbalance = np.einsum("rus,u->rs", receptance[:, n_port : n_port + n_plane], unbalance)
         columns = np.concatenate([of_unbalance[:, None], receptance[:, n_port + n_plane :]], axis=1)
         at_ports, seen = columns[:n_port], columns[n_port:]  # (…, 1 + n_load, n_speed)
         change = np.zeros((len(model.unknowns), *seen.shape), dtype=complex)
+        change[:, :, 0] = np.einsum("rus,ud->drs", per_unbalance, unbalance_slopes)
         for index, target in ((index, target) for index, item in enumerate(model.unknowns) for target in item.targets):
-            if isinstance(target, OriginTarget):
-                change[index, :, 0] += 1j * seen[:, 0]
-            elif isinstance(target, UnbalanceTarget):
-                change[index, :, 0] += per_unbalance[:, target.plane] * _unbalance_change(inputs, target)
-            else:
-                for row, column, slope in self._impedance_changes[target]:
-                    change[index] -= per_port[:, row, None] * (slope * at_ports[column])
+            for row, column, slope in self._impedance_changes.get(target, []):
+                change[index] -= per_port[:, row, None] * (slope * at_ports[column])
         ordered = seen.transpose(2, 0, 1), change.transpose(3, 1, 2, 0)
         # What follows runs over the unknowns, which lie together in memory then
         return finite(np.ascontiguousarray(ordered[0])), finite(np.ascontiguousarray(ordered[1]))
@@ -237,10 +270,10 @@ def bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array, Array]
     return stiffness, damping, mass
 
 
-def _chunks(n: int, reduction: Reduction) -> list[slice]:
-    """Parts of a batch of n sets."""
-    n_chunk = max(1, CHUNK_BYTES // reduction.receptance.nbytes)
-    return [slice(start, start + n_chunk) for start in range(0, n, n_chunk)]
+def _chunks(n: int, nbytes: int) -> list[slice]:
+    """Parts of a batch of n sets, of which each takes so many bytes."""
+    n_chunk = max(1, CHUNK_BYTES // max(1, nbytes))
+    return [slice(start, start + n_chunk) for start in range(0, max(n, 1), n_chunk)]
 
 
 def _impedances(reduction: Reduction, inputs: Inputs) -> ComplexArray:
@@ -266,13 +299,4 @@ def _combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexAr
     The response is (n_channel, n_plane, n, n_speed), the sum (n, n_speed, n_channel).
     """
     total = np.sum(per_unbalance * unbalance.T[:, :, None], axis=1)
-    return total.transpose(1, 2, 0)
-
-
-def _unbalance_change(inputs: Inputs, target: UnbalanceTarget) -> complex:
-    """∂(m e e^{iφ})/∂x of a plane for what an unknown sets of it."""
-    if target.part == "phase":
-        return 1j * complex(inputs.complex_unbalance[0, target.plane])
-    if target.part == "magnitude":
-        return complex(np.exp(1j * inputs.unbalance[0, target.plane, 1]))
-    return complex(np.exp(1j * inputs.origin[0])) * (1 if target.part == "x" else 1j)
+    return np.ascontiguousarray(total.transpose(1, 2, 0))

@@ -143,7 +143,7 @@ class Inputs:
 
     @property
     def complex_unbalance(self) -> ComplexArray:  # (n, n_plane) kg m
-        return self.unbalance[..., 0] * np.exp(1j * self.unbalance[..., 1])
+        return _complex(self.unbalance)
 
     @property
     def rotor(self) -> Rotor:
@@ -268,21 +268,56 @@ def _indices(rows: Iterable[tuple[int, int, int]]) -> Indices:
 
 def inputs_at(own: RotorNumbers, x: Array) -> Inputs:
     """The rotor's own numbers with the unknowns' values (n, d) put in."""
-    inputs = Inputs(
+    return Inputs(
         own,
         _with_values(own.coefficients, own.set_coefficients, x),
         _with_values(own.factors, own.set_factors, x),
         _with_values(own.pedestals, own.set_pedestals, x),
-        _with_values(own.unbalance, own.set_unbalance, x, is_written=True),
-        np.zeros(len(x)) if own.origin is None else x[:, own.origin].copy(),
+        _unbalance_at(own, x),
+        _origin_at(own, x),
     )
-    vectors: dict[int, ComplexArray] = defaultdict(lambda: np.zeros(len(x), dtype=complex))
+
+
+def complex_unbalance_at(own: RotorNumbers, x: Array) -> ComplexArray:
+    """`Inputs.complex_unbalance` at values (n, d), without the other numbers: (n, n_plane) kg m."""
+    return _complex(_unbalance_at(own, x))
+
+
+def unbalance_and_slopes(own: RotorNumbers, x: Array) -> tuple[ComplexArray, ComplexArray]:
+    """Unbalance of each plane (n_plane,) kg m at values (d,), and its derivatives by the unknowns, (n_plane, d)."""
+    unbalance = _unbalance_at(own, x[None])[0]
+    whole = _complex(unbalance)
+    slopes = np.zeros((len(whole), len(x)), dtype=complex)
+    for column, plane, entry in own.set_unbalance.T:
+        is_phase = UNBALANCE_PARTS[entry] == "phase"
+        slopes[plane, column] += 1j * whole[plane] if is_phase else np.exp(1j * unbalance[plane, 1])
     for column, plane, direction in own.components:
-        vectors[plane] += direction * x[:, column]
-    for plane, vector in vectors.items():
-        inputs.unbalance[:, plane] = np.stack([np.abs(vector), np.angle(vector)], axis=-1)
-    inputs.unbalance[:, :, 1] += inputs.origin[:, None]  # after all phases are set
-    return inputs
+        slopes[plane, column] += direction * np.exp(1j * _origin_at(own, x[None])[0])
+    if own.origin is not None:
+        slopes[:, own.origin] += 1j * whole
+    return whole, slopes
+
+
+def _unbalance_at(own: RotorNumbers, x: Array) -> Array:
+    """Magnitude and phase of each plane, (n, n_plane, 2)."""
+    unbalance = _with_values(own.unbalance, own.set_unbalance, x, is_written=True)
+    if own.components:
+        vectors: dict[int, ComplexArray] = defaultdict(lambda: np.zeros(len(x), dtype=complex))
+        for column, plane, direction in own.components:
+            vectors[plane] += direction * x[:, column]
+        for plane, vector in vectors.items():
+            unbalance[:, plane] = np.stack([np.abs(vector), np.angle(vector)], axis=-1)
+    if own.origin is not None:
+        unbalance[:, :, 1] += x[:, own.origin, None]  # after all phases are set
+    return unbalance
+
+
+def _origin_at(own: RotorNumbers, x: Array) -> Array:
+    return np.zeros(len(x)) if own.origin is None else x[:, own.origin].copy()
+
+
+def _complex(unbalance: Array) -> ComplexArray:
+    return np.asarray(unbalance[..., 0] * np.exp(1j * unbalance[..., 1]))
 
 
 def _with_values(rows: Array, settings: Indices, x: Array, *, is_written: bool = False) -> Array:
