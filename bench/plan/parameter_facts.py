@@ -23,10 +23,13 @@ class FactsOfCells:
         """Facts on a cell's unknowns; none if its study needs no problem."""
         if setup.aligned_problem is None:
             return ()
-        crlbs = self._crlb(setup) if with_crlb else [None] * len(setup.problem.parameters)
+        parameters = setup.problem.parameters
+        crlbs = self._crlb(setup) if with_crlb else [None] * len(parameters)
         return tuple(
-            ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), crlb)
-            for parameter, crlb in zip(setup.problem.parameters, crlbs)
+            ParameterFacts(part.name, part.unit, part.si_per_unit, setup.truth.get(part.name), crlb, lower, upper)
+            for part, crlb, lower, upper in zip(
+                parameters, crlbs, parameters.lower.tolist(), parameters.upper.tolist(), strict=True
+            )
         )
 
     def _crlb(self, setup: Setup) -> list[float | None]:

@@ -38,9 +38,10 @@ GLOBAL_PLACE = 7  # of generators that a process shares; no part of a question, 
 
 @dataclass(frozen=True)
 class ParameterFacts:
-    """Facts about an unknown for tables, SI: its true value (None: not known) and its CRLB.
+    """Facts about an unknown for tables, SI: its true value (None: not known), its CRLB and its limits.
 
-    The CRLB holds for data with this noise; None without noise or true values, or if it is infinite.
+    The CRLB holds for data with this noise; None without noise or true values, or if it is infinite. Older plans have no
+    limits.
     """
 
     name: str
@@ -48,6 +49,8 @@ class ParameterFacts:
     si_per_unit: float
     truth: float | None
     crlb: float | None = None
+    lower: float | None = None
+    upper: float | None = None
 
 
 @dataclass(frozen=True)
@@ -298,7 +301,8 @@ def _check_cell(cell: Cell, where: str) -> None:
     if len(set(names)) < len(names) or not all(names):
         raise ValueError(f"{where}: its parameters have no names of their own")
     for facts in cell.parameters:
-        known = [value for value in (facts.si_per_unit, facts.truth, facts.crlb) if value is not None]
+        numbers = facts.si_per_unit, facts.truth, facts.crlb, facts.lower, facts.upper
+        known = [value for value in numbers if value is not None]
         if not all(map(math.isfinite, known)) or facts.si_per_unit <= 0:
             raise ValueError(f"{where}: a number of {facts.name} is not finite, or its unit is not above 0")
 

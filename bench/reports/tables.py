@@ -209,10 +209,10 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
         if has_paper:
             line += [number(row["paper"]), number(row["paper_error_pct"])]
         lines.append([*line, str(row["runs"]), str(row["failed"])])
-    return "\n".join([aligned(head, lines), *_search_lines(plan, summary)])
+    return "\n".join([aligned(head, lines), *search_lines(plan, summary)])
 
 
-def _search_lines(plan: Plan, summary: pd.DataFrame) -> list[str]:
+def search_lines(plan: Plan, summary: pd.DataFrame) -> list[str]:
     """Sentence on the ends of searches relative to the maximum of the likelihood.
 
     Over all cells, by the level of the one axis that decides, or of the worst cells.

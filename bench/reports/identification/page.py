@@ -5,6 +5,7 @@ They have the findings in words, unknowns with intervals, response, and course o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
@@ -78,13 +79,9 @@ def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
             unknowns[part.name]["with an unknown force"] = other.shown
     truth = {part.name: part.in_unit(part.true) for part in record.parameters}
     if any(each.has_interval for of in unknowns.values() for each in of.values()):
-        yield Drawn(
-            intervals_chart(
-                unknowns,
-                truth,
-                "The interval of each unknown relative to its value; crosses: true values, of synthetic data.",
-            )
-        )
+        crosses = "; crosses: true values" if any(map(math.isfinite, truth.values())) else ""
+        caption = f"The interval of each unknown relative to its value{crosses}."
+        yield Drawn(intervals_chart(unknowns, truth, caption))
 
 
 def steps_chart(record: IdentificationRecord) -> Chart:

@@ -23,16 +23,18 @@ from bench.reports.by_cell import hidden_paragraph
 from bench.reports.identification.agreement_charts import Agreement, Kind, agreement, agreement_chart
 from bench.reports.identification.cost import cost_chart, cost_frame
 from bench.reports.identification.course_charts import MAX_LINES, anytime_chart, figure_number, updates_chart
+from bench.reports.identification.error_chart import error_chart, error_finding, has_bounds
+from bench.reports.identification.error_table import error_table
 from bench.reports.identification.factor_charts import cells_chart, factors_chart
 from bench.reports.identification.factors import Sweep, sweep_of, without_twins
 from bench.reports.identification.factors import headline as sweep_headline
 from bench.reports.identification.spread_chart import spread_chart
 from bench.reports.identification.trace_table import read_traces, stages_frame, trace_frame
 from bench.reports.runs import runs_frame
-from bench.reports.tables import as_text, csv_text, slips, slips_text, summary_frame
+from bench.reports.tables import as_text, csv_text, search_lines, slips, slips_text, summary_frame
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, UpdateRecord
-from ksmea.show.text import two_digits
+from ksmea.show.text import capital, two_digits
 
 
 @dataclass(frozen=True)
@@ -43,20 +45,18 @@ class SummaryReport(Report):
         runs = runs_frame(plan, output)
         summary = summary_frame(plan, runs)
         sweep = None if plan.report.paper else sweep_of(plan, runs)
-        blocks = [
-            "" if sweep is None else "\n".join(f"{said}." for said in (sweep_headline(sweep), *sweep.merged)),
-            as_text(plan, without_twins(plan, summary)),
-            slips_text(slips(plan.report.paper)),
-            hidden_paragraph(plan, runs, "identification"),
-        ]
-        text = "\n\n".join(filter(None, blocks))
+        finding = "" if sweep is None else "\n".join(f"{said}." for said in (sweep_headline(sweep), *sweep.merged))
+        notes = [slips_text(slips(plan.report.paper)), hidden_paragraph(plan, runs, "identification")]
+        told = without_twins(plan, summary)
+        text = "\n\n".join(filter(None, [finding, as_text(plan, told), *notes]))
+        beside = "\n\n".join(filter(None, ["\n".join(search_lines(plan, told)), *notes]))
         courses = cache(lambda: read_courses(plan, runs, output))
         return Made(
             text,
             {f"{plan.name}.csv": csv_text(summary).encode(), "runs.csv": csv_text(runs).encode()},
             runs,
             lambda: {f"{plan.name}{name}.csv": csv_text(frame).encode() for name, frame in courses().tables().items()},
-            page=lambda: summary_page(plan, runs, summary, text, courses(), sweep),
+            page=lambda: summary_page(plan, runs, summary, beside, courses(), sweep),
         )
 
 
@@ -94,34 +94,59 @@ def read_courses(plan: Plan, runs: pd.DataFrame, output: Path) -> Courses:
 
 
 def summary_page(
-    plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, text: str, courses: Courses, sweep: Sweep | None = None
+    plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, notes: str, courses: Courses, sweep: Sweep | None = None
 ) -> Page:
-    """The page of a table, with all figures of the experiment; of a sweep first what each factor does."""
+    """The page of a table, with all figures of the experiment; of a sweep first what each factor does.
+
+    `notes` say what concerns whole cells or the paper's print.
+    """
     columns = Folded("All columns", (Table(summary.dropna(axis="columns", how="all"), file=f"{plan.name}.csv"),))
-    spread = Drawn(partial(spread_chart, plan, runs, summary), f"{plan.name}.png")
-    table: tuple[Block, ...] = (Prose(text), columns)
+    errors = Table(error_table(plan, summary), f"Median absolute errors{STAR}", file=f"{plan.name}.csv")
+    table: tuple[Block, ...] = (errors, *([Prose(_capitals(notes))] if notes else []), columns)
+    figure, values = _of_runs(plan, runs, summary)
     curves = tuple(_curves(plan, courses))
     of_curves = [Section("Curves", curves)] if curves else []
     if sweep is None:
-        sections = [Section("Table", table), Section("Spread over the repetitions", (spread,))]
-        return Page(headline(plan, runs, summary), (*sections, *of_curves))
-    sections = list(_of_sweep(plan, sweep, table, spread))
-    counted = f"{sweep.n_result} of {sweep.n_run} runs" if sweep.n_result < sweep.n_run else f"{sweep.n_run} runs"
-    return Page(sweep_headline(sweep), (*sections, *of_curves), counted)
+        sections = [Section("Runs beside the paper" if plan.report.paper else "Runs", (figure, *values))]
+        return Page(headline(plan, runs, summary), (*sections, Section("Table", table), *of_curves), _counted(runs))
+    sections = list(_of_sweep(sweep, plan.name, table, figure, values))
+    return Page(sweep_headline(sweep), (*sections, *of_curves), _counted(runs))
 
 
-def _of_sweep(plan: Plan, sweep: Sweep, table: tuple[Block, ...], spread: Drawn) -> Iterator[Section]:
-    """Sections on the effect of each factor and on the numbers; a single factor is shown by its spread."""
+def _counted(runs: pd.DataFrame) -> str:
+    done = int(runs["status"].isin(RESULTS).sum())
+    return f"{done} of {len(runs)} runs" if done < len(runs) else f"{done} run{'s' * (done != 1)}"
+
+
+def _capitals(text: str) -> str:
+    return "\n".join(map(capital, text.split("\n")))
+
+
+STAR = "; *: the smallest of a column"
+
+
+def _of_runs(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> tuple[Drawn, tuple[Block, ...]]:
+    """The figure of all runs; the values behind it where it has errors in σ."""
+    if not has_bounds(plan):
+        return Drawn(partial(spread_chart, plan, runs, summary), f"{plan.name}.png"), ()
+    values = Drawn(partial(spread_chart, plan, runs, summary), f"{plan.name}_spread.png")
+    folded = Folded("Values of each unknown, updates, evaluations and time", (values,))
+    return Drawn(partial(error_chart, plan, runs, summary), f"{plan.name}.png"), (folded,)
+
+
+def _of_sweep(
+    sweep: Sweep, name: str, table: tuple[Block, ...], figure: Drawn, values: tuple[Block, ...]
+) -> Iterator[Section]:
+    """Sections on the effect of each factor and on the numbers; a single factor is shown by all runs."""
     said = [Prose(". ".join(sweep.merged) + ".")] if sweep.merged else []
     if len(sweep.factors) < 2:
-        yield Section("Factors", (*said, spread))
-        yield Section("Numbers", (Folded("Table", table),))
+        yield Section("Factors", (*said, figure, *values))
+        yield Section("Numbers", table)
         return
-    factors = Drawn(partial(factors_chart, sweep), f"{plan.name}_factors.png")
-    cells = Drawn(partial(cells_chart, sweep), f"{plan.name}_cells.png")
+    factors = Drawn(partial(factors_chart, sweep), f"{name}_factors.png")
+    cells = Drawn(partial(cells_chart, sweep), f"{name}_cells.png")
     yield Section("Factors", (*said, factors, cells))
-    by_unknown = Folded("Spread over the repetitions, unknown by unknown", (spread,))
-    yield Section("Numbers", (Folded("Table", table), by_unknown))
+    yield Section("Numbers", (Folded("Table", table), Folded("All runs, unknown by unknown", (figure, *values))))
 
 
 def _curves(plan: Plan, courses: Courses) -> Iterator[Block]:
@@ -154,7 +179,9 @@ def _agreements(curves: Sequence[ResponseCurves], kind: Kind) -> list[Agreement]
 
 
 def headline(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
-    """The range of the median absolute errors over all cells, parameter by parameter."""
+    """Errors in σ where they have one, else the range of the median absolute errors over all cells."""
+    if has_bounds(plan):
+        return error_finding(plan, runs, summary)
     with_error = summary.dropna(subset="error_pct_median")
     ranges = [
         f"{name} {_range(rows['error_pct_median'])} %" for name, rows in with_error.groupby("parameter", sort=False)

@@ -48,13 +48,19 @@ NONE = "–"  # in place of a value that is not there
 class Blocks:
     """Writes blocks one after the other, each plot under a name of its own.
 
-    `drawings` are the report's figures by name.
+    `drawings` are the report's figures by name. A plot whose title is the page's headline has none of its own.
     """
 
     def __init__(
-        self, drawings: Mapping[str, bytes], numbers: Iterator[int] | None = None, *, is_folded: bool = False
+        self,
+        drawings: Mapping[str, bytes],
+        headline: str = "",
+        numbers: Iterator[int] | None = None,
+        *,
+        is_folded: bool = False,
     ) -> None:
         self._drawings = drawings
+        self._headline = headline
         self._number = count(1) if numbers is None else numbers
         self._is_folded = is_folded  # plots then have no picture in their place: it would weigh as much as all else
         self._left = MOST_STILLS
@@ -90,7 +96,7 @@ class Blocks:
                 kind = "grid wide" if block.is_wide else "grid"
                 return f'<div class="{kind}">{"".join(map(self.html, block.plots))}</div>'
             case Folded():
-                within = Blocks(self._drawings, self._number, is_folded=True)
+                within = Blocks(self._drawings, self._headline, self._number, is_folded=True)
                 inside = "".join(map(within.html, block.blocks))
                 self.has_plots |= within.has_plots
                 return f"<details><summary>{safe(block.title)}</summary>{inside}</details>"
@@ -117,8 +123,9 @@ class Blocks:
         self.has_plots = True
         name = f"{plot_type}-{next(self._number)}"
         instead = self._instead(still, alternative)
+        heading = "" if title == self._headline else f"<h3>{safe(title)}</h3>"
         return (
-            f'<figure class="plot" id="{name}" data-kind="{plot_type}" data-name="{safe(Path(still).stem or name)}"><h3>{safe(title)}</h3>'
+            f'<figure class="plot" id="{name}" data-kind="{plot_type}" data-name="{safe(Path(still).stem or name)}">{heading}'
             f'<div class="controls" hidden>{controls}</div>'
             f'<div class="canvas" role="img" aria-label="{safe(alternative)}" style="height:{height}px" hidden></div>'
             f'<div class="still">{instead}</div>'

@@ -27,7 +27,7 @@ def document(
 
     `facts` are what an index shows of it, `drawings` the figures that sections name.
     """
-    blocks = Blocks(drawings)
+    blocks = Blocks(drawings, page.headline)
     body = "".join(_section(number, section, blocks) for number, section in enumerate(sections, start=1))
     links = "".join(
         f'<li><a href="#part-{number}">{safe(each.title)}</a></li>'

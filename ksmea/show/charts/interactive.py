@@ -20,6 +20,7 @@ SPACE = 2.0  # times as high as others is a panel in space
 INCH = 92  # px of a panel's height
 TOP, BOTTOM, LEFT, RIGHT = 40, 54, 66, 14  # px around all panels
 STACKED, APART, BESIDE = 16, 74, 0.07  # px between panels of a stack and between stacks; part of the width
+BARE = 0.03  # part of the width between panels that have no words of their own between them
 TURNED = 30  # px more below words that stand upright
 CHARACTER = 0.006  # part of the width, of a word beside an axis
 HEADING = 22  # px, for the title of a panel
@@ -148,7 +149,10 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.
         for number, panel in shown.items()
         if panel.y.ticks and column[number] and not _is_named_beside(panel, beside[number])
     ]
-    gap = BESIDE + CHARACTER * max(words, default=0) if n_column > 1 else 0.0
+    is_bare = n_column > 1 and all(
+        column[number] == 0 or _is_named_beside(shown[number], beside[number]) for number in shown
+    )
+    gap = (BARE if is_bare else BESIDE) + CHARACTER * max(words, default=0) if n_column > 1 else 0.0
     part = (1 - gap * (n_column - 1)) / n_column
     groups: dict[tuple[str, str], str] = {}
     made: Layout = {"height": int(inner + TOP + BOTTOM), "margin": {"l": LEFT, "r": RIGHT, "t": TOP, "b": BOTTOM}}
