@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from ksmea.measurement.notation import Notation
+from ksmea.measurement.notation import LAG, Notation
 from ksmea.records.curves import as_array
 from ksmea.records.weights import VectorRecord, WeightsRecord
 from ksmea.show.readings import PLAIN, deviation_unit, vibration_unit
@@ -18,6 +18,7 @@ from ksmea.show.text import fixed, number, rounded_alike
 from ksmea.units import DEGREE, MICROMETRE, RPM, TURN
 
 USUAL = "g mm"
+ANGLES = "Angles of weights count in the direction of rotation; phases of vibrations are lags"
 NO_WIDTH = 1e-6  # of the unit, or degrees: an interval of less is that of exact data, and is left out
 
 
@@ -33,6 +34,8 @@ def lines(record: WeightsRecord, notation: Notation = PLAIN) -> Iterator[str]:
             for channel, before, after in zip(record.channels, record.before, record.after)
         )
         yield f"with them the largest 1X at the measured speeds is expected to fall ({name}): {parts}"
+    if notation.phase == LAG and (record.weights or record.corrections):
+        yield f"{ANGLES[0].lower()}{ANGLES[1:]}"
 
 
 def _vector(vector: VectorRecord) -> str:
