@@ -37,7 +37,7 @@ class BalanceReport(Report):
         if (found := only_result(plan, lines, BalanceRecord)) is None:
             n_done = sum(run.key in lines and lines[run.key].has_result for run in plan.runs)
             return Made(f"{n_done} of {len(plan.runs)} runs have a result", files, runs, outdated=OF_ONE_RUN)
-        _, record = found
+        record = found[1].shown_in(plan.units)
         files["balance.json"] = (json.dumps(with_units(record), indent=1) + "\n").encode()
         files["coefficients.csv"] = csv_text(frame(record)).encode()
         if record.weights:
@@ -86,7 +86,9 @@ def balance_page(record: BalanceRecord) -> Page:
         Section("What was found", (Prose(text(record)),)),
         Section("Response", (Drawn(partial(balance_chart, record), "balance.png"),)),
     ]
-    all_of_them = Folded("The bare response and all coefficients", (Table(frame(record), file="coefficients.csv"),))
+    all_of_them = Folded(
+        "The bare response and all coefficients", (Table(frame(record, record.notation), file="coefficients.csv"),)
+    )
     sections.append(Section("Influence coefficients", (Drawn(partial(coefficients_chart, record)), all_of_them)))
     if record.weights:
         sections.append(Section("Unknown weights", (Table(left_out_frame(record.weights), file="weights.csv"),)))

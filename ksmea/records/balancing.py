@@ -7,10 +7,11 @@ An interval of an angle is None if the interval of the size reaches 0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Protocol
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Protocol
 
-from ksmea.records.record import Record
+from ksmea.measurement.notation import Notation
+from ksmea.records.in_notation import InNotation, without_default_notation
 from ksmea.units import DEGREES, MICROMETRES, TIME, Length, Quantity, Speed
 
 USUAL = "g mm"  # the unit of weights of files and records that say none
@@ -196,7 +197,7 @@ def _of_run_time(record: BalanceRecord) -> Quantity | None:
 
 
 @dataclass(frozen=True)
-class BalanceRecord(Record):
+class BalanceRecord(InNotation):
     """Result of balancing a campaign.
 
     `method` says how covariances were found (`ksmea.balancing.fit`), `dof` with how many complex degrees of freedom,
@@ -234,3 +235,7 @@ class BalanceRecord(Record):
     is_amplitude: bool = (
         False  # responses are amplitudes; angles of influence coefficients count from the bare response
     )
+    notation: Notation = field(default_factory=Notation)  # of the measurement's own file
+
+    def to_data(self) -> dict[str, Any]:
+        return without_default_notation(super().to_data(), self.notation)

@@ -1,4 +1,4 @@
-# Shorter than 40 lines: what three records share, and no other has.
+# Shorter than 40 lines: what four records share, and no other has.
 """Records that are shown in the units and names of a measurement's own file."""
 
 from __future__ import annotations

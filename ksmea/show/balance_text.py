@@ -9,11 +9,14 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ksmea.measurement.notation import LAG, Notation
 from ksmea.records.balancing import BalanceRecord, EntryRecord, LeftOutRecord, PolarRecord, WeightRecord
+from ksmea.show.balance_units import in_units, influence_unit
 from ksmea.show.charts.balance_chart import balance_chart
 from ksmea.show.charts.picture import drawn
+from ksmea.show.readings import PLAIN, deviation_unit, speed_unit
 from ksmea.show.text import aligned, number
-from ksmea.units import RPM
+from ksmea.show.weights_text import ANGLES
 
 __all__ = ["frame", "left_out_frame", "plot", "text"]
 
@@ -21,6 +24,7 @@ MAX_LISTED = 12  # rows that the text lists; the files have all
 HOUR = 3600.0
 NEGLIGIBLE = 1e-6  # part of a weight that splitting it leaves: rounding
 AMPLITUDES = " Phases are not measured: angles of influence coefficients count from the bare response."
+OF_COEFFICIENTS = "lag of the vibration from a weight at 0°; from a weight at α it lags by α less"
 METHODS = {
     "free": "estimated from the runs, with all its correlations",
     "common": "one factor, from what weights and coefficients leave; speeds and channels count as uncorrelated",
@@ -36,26 +40,40 @@ def plot(record: BalanceRecord, axes: Axes | None = None) -> Figure:
 
 
 def text(record: BalanceRecord) -> str:
-    """The balancing as an engineer would say it."""
+    """The balancing as an engineer would say it, in the notation of the data."""
+    record = in_units(record, record.notation)
     blocks = [_data(record), _correction(record), _weights(record), _coefficients(record), _changes(record)]
     blocks += [_misfits(record), "" if record.left_out is None else _left_out(record.left_out), *record.remarks]
     return "\n\n".join(block for block in blocks if block)
 
 
-def frame(record: BalanceRecord) -> pd.DataFrame:
+def frame(record: BalanceRecord, notation: Notation = PLAIN) -> pd.DataFrame:
     """Table with a row per entry of the bare response and of each plane's influence coefficients.
 
-    The bare response has no position and is in µm, the coefficients are in µm per unit of weights.
+    The bare response has no position and is in the unit of vibrations, the coefficients are in that per unit of weights.
+
+    Args:
+        record: record of the balancing.
+        notation: units and names of channels. Default: µm, phase lead and rpm, as in files.
     """
-    of_planes = ((plane.position, f"µm/({plane.unit})", plane.coefficients) for plane in record.planes)
-    rows = [(None, "µm", record.bare), *of_planes]
+    record = in_units(record, notation)
+    of_planes = ((plane.position, influence_unit(plane.unit, notation), plane.coefficients) for plane in record.planes)
+    rows = [(None, deviation_unit(notation), record.bare), *of_planes]
+    speed, angle = f"speed_{notation.speed}", _angle(notation)
+    names = {"angle_deg": f"{angle}_deg", "angle_low": f"{angle}_low", "angle_high": f"{angle}_high"}
     return pd.DataFrame(
         [
-            {"position_m": position, **_entry_columns(entry), **_polar_columns(value), "unit": unit}
+            {
+                "position_m": position,
+                speed: entry.speed / speed_unit(notation),
+                "channel": entry.channel,
+                **_polar_columns(value),
+                "unit": unit,
+            }
             for position, unit, values in rows
             for entry, value in zip(record.entries, values)
         ]
-    )
+    ).rename(columns=names)
 
 
 def left_out_frame(weights: tuple[WeightRecord, ...]) -> pd.DataFrame:
@@ -75,10 +93,6 @@ def left_out_frame(weights: tuple[WeightRecord, ...]) -> pd.DataFrame:
             for each in weights
         ]
     )
-
-
-def _entry_columns(entry: EntryRecord) -> dict[str, object]:
-    return {"speed_rpm": entry.speed / RPM, "channel": entry.channel}
 
 
 def _polar_columns(value: PolarRecord) -> dict[str, float | None]:
@@ -111,6 +125,7 @@ def _correction(record: BalanceRecord) -> str:
     ]
     table = _in_unit(["plane m", "", _level(record), "angle °", _level(record)], lines, 1)
     said = [f"Correction weights for the bare rotor:\n{table}"]
+    said += [f"{ANGLES}."] if record.notation.phase == LAG else []
     said += [_left(record)] if not found.common else [_hardly_determined(record)]
     said += [_in_holes(record)] if found.splits else []
     if found.p is not None:
@@ -132,25 +147,26 @@ def _left(record: BalanceRecord) -> str:
     No figure if it is 0 by calculation, with as many weights as readings.
     """
     before, after = _root_sum(record.correction.bare), _root_sum(record.correction.left)
+    unit = deviation_unit(record.notation)
     if len(record.entries) <= len(record.correction.weight):
         highest = [each.high for each in record.correction.left if each.high is not None]
-        within = f"; errors of the readings leave up to {number(max(highest), 3)} µm" if highest else ""
+        within = f"; errors of the readings leave up to {number(max(highest), 3)} {unit}" if highest else ""
         return (
-            f"With them the root sum of squares of {number(before, 3)} µm becomes 0 by calculation, since weights are as many"
+            f"With them the root sum of squares of {number(before, 3)} {unit} becomes 0 by calculation, since weights are as many"
             f" as readings{within}. A run with them shows the remaining vibration."
         )
     worst = max(record.correction.left, key=lambda each: each.size)
     entry = record.entries[record.correction.left.index(worst)]
     ends = "" if worst.low is None else f" ({number(worst.low, 3)} to {number(worst.high, 3)})"
     return (
-        f"With them the root sum of squares goes from {number(before, 3)} to {number(after, 3)} µm; most is left at"
-        f" {_place(entry)}: {number(worst.size, 3)} µm{ends}."
+        f"With them the root sum of squares goes from {number(before, 3)} to {number(after, 3)} {unit}; most is left at"
+        f" {_place(entry, record.notation)}: {number(worst.size, 3)} {unit}{ends}."
     )
 
 
 def _hardly_determined(record: BalanceRecord) -> str:
     """Warning of nearly dependent planes, with the part of the correction that the readings determine."""
-    found = record.correction
+    found, unit = record.correction, deviation_unit(record.notation)
     condition = "infinite" if found.condition is None else number(found.condition, 3)
     by = "without limit" if found.condition is None else f"by up to {number(found.condition, 2)} %"
     common = "; ".join(
@@ -161,7 +177,7 @@ def _hardly_determined(record: BalanceRecord) -> str:
         f"Warning: the planes are nearly dependent (condition number {condition}): weights in them do almost the same at these"
         f" speeds and probes.\nAn error of 1 % in the readings changes these weights {by}, so the remaining vibration is not"
         f" predicted.\nThe part that the readings do show: {common}; of a root sum of squares of"
-        f" {number(_root_sum(found.bare), 3)} µm it leaves {number(_root_sum(found.left_common), 2)} µm by calculation, and up to"
+        f" {number(_root_sum(found.bare), 3)} {unit} it leaves {number(_root_sum(found.left_common), 2)} {unit} by calculation, and up to"
         " 2 % of it more for each 1 % of error.\nMeasure at"
         " another speed or with another probe, or put weights in one plane alone."
     )
@@ -182,7 +198,8 @@ def _in_holes(record: BalanceRecord) -> str:
             )
     if not found.common:
         said.append(
-            f"With these the root sum of squares is {number(_root_sum(found.left_split), 3)} µm by calculation."
+            f"With these the root sum of squares is {number(_root_sum(found.left_split), 3)}"
+            f" {deviation_unit(record.notation)} by calculation."
         )
     return "\n".join(said)
 
@@ -212,13 +229,15 @@ def _weights(record: BalanceRecord) -> str:
 
 
 def _coefficients(record: BalanceRecord) -> str:
+    notation = record.notation
     lines = [
-        [f"{plane.position:g}", f"{entry.speed / RPM:.5g}", entry.channel, f"µm/({plane.unit})", *_cells(value)]
+        [f"{plane.position:g}", *_entry(entry, notation), influence_unit(plane.unit, notation), *_cells(value)]
         for plane in record.planes
         for entry, value in zip(record.entries, plane.coefficients)
     ]
-    head = ["plane m", "rpm", "channel", "", _level(record), "angle °", _level(record)]
-    return f"Influence coefficients:\n{_in_unit(head, lines[:MAX_LISTED], 3)}{_more(len(lines))}"
+    head = ["plane m", notation.speed, "channel", "", _level(record), f"{_angle(notation)} °", _level(record)]
+    said = f" ({OF_COEFFICIENTS})" if notation.phase == LAG else ""
+    return f"Influence coefficients{said}:\n{_in_unit(head, lines[:MAX_LISTED], 3)}{_more(len(lines))}"
 
 
 def _changes(record: BalanceRecord) -> str:
@@ -240,20 +259,21 @@ def _changes(record: BalanceRecord) -> str:
     if any(each.spread is not None for each in record.spread):
         lines = [
             [
-                f"{each.entry.speed / RPM:.5g}",
-                each.entry.channel,
+                *_entry(each.entry, record.notation),
                 *(number(value, 3) for value in (each.spread, each.drift, each.repeats)),
                 number(each.p, 2),
             ]
             for each in record.spread[:MAX_LISTED]
         ]
-        head = ["rpm", "channel", "spread", "drift", "repeats", "p"]
-        said.append(f"Standard deviations, µm (p: runs scatter as repeats do):\n{aligned(head, lines)}")
+        head = [record.notation.speed, "channel", "spread", "drift", "repeats", "p"]
+        unit = deviation_unit(record.notation)
+        said.append(f"Standard deviations, {unit} (p: runs scatter as repeats do):\n{aligned(head, lines)}")
     return "\n".join(said)
 
 
 def _misfits(record: BalanceRecord) -> str:
     said = []
+    unit = deviation_unit(record.notation) + (f" ({LAG})" if record.notation.phase == LAG else "")
     for each in record.run_misfits:
         weights = "; ".join(
             f"{weight.position:g} m: marked {_shown(weight.known)}, estimated {_shown(weight.weight)} {weight.unit}"
@@ -264,8 +284,8 @@ def _misfits(record: BalanceRecord) -> str:
         said.append(f"Run {each.run} does not fit its weights (p = {each.p:.1g}) and was left out. {weights}.{also}")
     for entry in record.entry_misfits:
         said.append(
-            f"Run {entry.run}, {_place(entry.entry)}: {_shown(entry.measured)} µm does not fit {entry.beside}, by which it is"
-            f" {_shown(entry.expected)} µm (p = {entry.p:.1g}, {entry.n_test} tests)."
+            f"Run {entry.run}, {_place(entry.entry, record.notation)}: {_shown(entry.measured)} {unit} does not fit"
+            f" {entry.beside}, by which it is {_shown(entry.expected)} {unit} (p = {entry.p:.1g}, {entry.n_test} tests)."
         )
     return "\n".join(said)
 
@@ -289,8 +309,19 @@ def _shown(value: PolarRecord | None) -> str:
     return "–" if value is None else f"{number(value.size, 3)}@{value.angle:.0f}°"
 
 
-def _place(entry: EntryRecord) -> str:
-    return f"{entry.speed / RPM:.5g} rpm, {entry.channel}"
+def _place(entry: EntryRecord, notation: Notation) -> str:
+    speed, channel = _entry(entry, notation)
+    return f"{speed} {notation.speed}, {channel}"
+
+
+def _entry(entry: EntryRecord, notation: Notation) -> tuple[str, str]:
+    """Speed, in the unit of the notation, and channel."""
+    return f"{entry.speed / speed_unit(notation):.5g}", entry.channel
+
+
+def _angle(notation: Notation) -> str:
+    """Heading of the angles of vibrations."""
+    return LAG if notation.phase == LAG else "angle"
 
 
 def _cells(value: PolarRecord) -> list[str]:

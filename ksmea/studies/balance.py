@@ -5,6 +5,7 @@ No model of the rotor is requested.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -117,7 +118,8 @@ def balance(
         else {}
     )
     left_out = _left_out(by_others, fit, options.interval_level) if options.leave_out else None
-    return _record(fit, out, correction(fit, rng), by_others, left_out, options)
+    found = _record(fit, out, correction(fit, rng), by_others, left_out, options)
+    return dataclasses.replace(found, notation=measurement.notation)
 
 
 def _record(

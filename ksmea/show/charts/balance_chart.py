@@ -9,11 +9,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ksmea.records.balancing import BalanceRecord, EntryRecord, PolarRecord
+from ksmea.measurement.notation import LAG, Notation
+from ksmea.records.balancing import BalanceRecord, PolarRecord
+from ksmea.show.balance_units import entry_name, in_units, influence_unit
 from ksmea.show.charts.chart import Axis, Bars, Chart, Choice, Element, Level, Line, Panel, Points, Words, one_panel
 from ksmea.show.charts.colours import INTERVAL, MODEL, PAPER, category, symbol
-from ksmea.show.charts.response_charts import AMPLITUDE
-from ksmea.units import DEGREE, RPM
+from ksmea.show.charts.parts.polar import phase_in_words
+from ksmea.show.readings import PLAIN, amplitude_label, deviation_unit, speed_digits, speed_label, speed_unit
+from ksmea.units import DEGREE
 
 SMALLEST_P = 1e-16  # drawn
 FAR_APART = 20  # largest to smallest amplitude, from which on the axis is logarithmic
@@ -22,7 +25,8 @@ PAUSE = 10  # times the usual time between runs
 
 
 def balance_chart(record: BalanceRecord) -> Chart:
-    """The response, with drift and runs below it if they exist."""
+    """The response, with drift and runs below it if they exist, in the notation of the data."""
+    record = in_units(record, record.notation)
     panels = [_responses(record)]
     panels += [_drift(record)] if record.drift else []
     panels += [_runs(record)] if record.method == "free" and record.run_p else []
@@ -34,20 +38,18 @@ def balance_chart(record: BalanceRecord) -> Chart:
         if record.drift
         else ""
     )
+    if record.drift and record.notation.phase == LAG:
+        said += " Both parts are of phase leads."
     if record.method == "free" and record.run_p:
         said += " p of each run's response with its known weights; below the dashed line a run does not fit them."
     return Chart(
         "Before and after the correction", said, tuple((panel,) for panel in panels),
-        choices=_choices("entry", "speed and channel", [entry_name(each.entry) for each in record.drift]),
+        choices=_choices("entry", "speed and channel", [entry_name(each.entry, record.notation) for each in record.drift]),
     )  # fmt: skip
 
 
 def _choices(key: str, label: str, options: Sequence[str]) -> tuple[Choice, ...]:
     return (Choice(key, label, tuple(options)),) if len(options) > 1 else ()
-
-
-def entry_name(entry: EntryRecord) -> str:
-    return f"{entry.speed / RPM:.0f} rpm, {entry.channel}"
 
 
 def _responses(record: BalanceRecord) -> Panel:
@@ -64,13 +66,20 @@ def _responses(record: BalanceRecord) -> Panel:
     ]
     step = 1 + len(at) // MOST_NAMES
     words = {
-        float(place): "\n".join([f"{each.speed / RPM:.0f}", *each.channel.split(" at ")])
+        float(place): "\n".join([_speed(each.speed, record.notation), *each.channel.split(" at ")])
         for place, each in enumerate(record.entries)
     }
     ticks = {place: words[place] for place in list(words)[::step]}
     return Panel(
-        tuple(bars), Axis(ticks=ticks), Axis(AMPLITUDE, "log" if is_log else "linear", low, better="low"), height=2.4
+        tuple(bars),
+        Axis("" if record.notation.speed == PLAIN.speed else speed_label(record.notation), ticks=ticks),
+        Axis(amplitude_label(record.notation), "log" if is_log else "linear", low, better="low"),
+        height=2.4,
     )
+
+
+def _speed(speed: float, notation: Notation) -> str:
+    return speed_digits(speed / speed_unit(notation), notation)
 
 
 def _bars(
@@ -81,7 +90,8 @@ def _bars(
         np.array([each.size if getattr(each, end) is None else getattr(each, end) for each in values])
         for end in ("low", "high")
     )
-    said = [f"{entry_name(entry)}, {name}: {each.size:.3g} µm" for entry, each in zip(record.entries, values)]
+    names = [f"{entry_name(entry, record.notation)}, {name}" for entry in record.entries]
+    said = [f"{each}: {value.size:.3g} {deviation_unit(record.notation)}" for each, value in zip(names, values)]
     from_base = None if base is None else np.full(len(size), base)
     length = size if from_base is None else size - from_base
     return Bars(at, length, from_base, width=0.4, low=low, high=high, name=name, colour=colour, said=said)
@@ -91,10 +101,11 @@ def _drift(record: BalanceRecord) -> Panel:
     """Real parts drawn through, imaginary parts dotted, over the runs in the order of time."""
     at = np.arange(len(record.runs), dtype=float)
     elements: list[Element] = []
+    unit = deviation_unit(record.notation)
     for index, each in enumerate(record.drift):
-        colour, name = category(index), entry_name(each.entry)
+        colour, name = category(index), entry_name(each.entry, record.notation)
         for part, values, dash in (("real", each.real, "solid"), ("imaginary", each.imaginary, "dot")):
-            said = [f"{run}: {name}, {part} part {value:.3g} µm" for run, value in zip(record.runs, values)]
+            said = [f"{run}: {name}, {part} part {value:.3g} {unit}" for run, value in zip(record.runs, values)]
             elements.append(Line(at, values, dash, 1.0, name=name, colour=colour, said=said, tags={"entry": name}))
     gaps = np.diff(record.run_time)
     for pause in np.flatnonzero(gaps > PAUSE * np.median(gaps)):
@@ -102,7 +113,7 @@ def _drift(record: BalanceRecord) -> Panel:
     return Panel(
         tuple(elements),
         Axis("run in the order of time", is_whole=True),
-        Axis("drift (µm)\nline: real, dotted: imaginary"),
+        Axis(f"drift ({unit})\nline: real, dotted: imaginary"),
         height=2.4,
     )
 
@@ -124,18 +135,25 @@ def _runs(record: BalanceRecord) -> Panel:
 
 
 def coefficients_chart(record: BalanceRecord) -> Chart:
-    """Influence coefficients of each plane in the complex plane."""
-    names = [entry_name(entry) for entry in record.entries]
+    """Influence coefficients of each plane in the complex plane, in the notation of the data.
+
+    Points stand at phase leads, as in a polar plot.
+    """
+    notation, shown = record.notation, in_units(record, record.notation)
+    names = [entry_name(entry, notation) for entry in shown.entries]
     elements: list[Element] = [
         Level(at=0.0, dash="solid", width=0.6),
         Level(at=0.0, along="x", dash="solid", width=0.6),
     ]
+    lag = f" {LAG}" if notation.phase == LAG else ""
     for index, plane in enumerate(record.planes):
-        values = np.array([each.size * np.exp(1j * each.angle * DEGREE) for each in plane.coefficients])
+        lead = np.array([each.angle for each in plane.coefficients]) * DEGREE
+        coefficients = shown.planes[index].coefficients
+        values = np.array([each.size for each in coefficients]) * np.exp(1j * lead)
         place = f"{plane.position:g} m"
         said = [
-            f"{place}, {name}: {each.size:.4g} µm/({plane.unit}) at {each.angle:.1f}°"
-            for name, each in zip(names, plane.coefficients)
+            f"{place}, {name}: {each.size:.4g} {influence_unit(plane.unit, notation)} at {each.angle:.1f}°{lag}"
+            for name, each in zip(names, coefficients)
         ]
         elements.append(
             Points(
@@ -149,9 +167,11 @@ def coefficients_chart(record: BalanceRecord) -> Chart:
             )
         )
     units = sorted({plane.unit for plane in record.planes})
-    unit = f"µm/({units[0]})" if len(units) == 1 else "µm per unit of each plane's weights"
+    own = f"{deviation_unit(notation)} per unit of each plane's weights"
+    unit = influence_unit(units[0], notation) if len(units) == 1 else own
+    turning = f"; {phase_in_words(notation)}" if lag else ""
     return one_panel(
         elements, Axis(f"real part ({unit})"), Axis(f"imaginary part ({unit})"), "In the complex plane",
-        "Influence coefficients of each plane, one dot for each speed and channel; size and angle show on touch or hover.", is_to_scale=True,
+        f"Influence coefficients of each plane, one dot for each speed and channel; size and angle show on touch or hover{turning}.", is_to_scale=True,
         choices=_choices("plane", "plane", [f"{plane.position:g} m" for plane in record.planes]),
     )  # fmt: skip
