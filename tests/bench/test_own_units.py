@@ -1,6 +1,11 @@
-"""A file in mil pp, lag and own probe names: texts, charts and records of its identification show what the file shows."""
+"""A file in mil pp, lag and own probe names: texts, charts and records show what the file shows.
 
+Those of an identification and of a fleet.
+"""
+
+import dataclasses
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -8,6 +13,7 @@ import pytest
 from bench.plan.page import Drawn, Orbits
 from bench.plan.plan import read_plan
 from bench.plan.report import report_named
+from bench.reports.fleet.rows import diagnosed
 from ksmea.measurement.notation import Notation
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.charts import interactive, picture
@@ -16,6 +22,7 @@ from ksmea.show.identification_text import residual_frame
 from ksmea.units import RPM
 from measurements.run_up_csv import as_csv
 from tests.bench.test_identify_file import run_up
+from tests.diagnosis.test_show import RECORD, changed
 
 MIL_PP = 12.7e-6  # m 0-peak
 WORDS = ["+experiment=identify", "workers=1", "optimizer.screening=100", "optimizer.starts=1"]
@@ -134,3 +141,52 @@ def test_a_file_without_a_notation_is_shown_and_written_as_ever(enter, tmp_path)
     assert amplitude.x.label == "speed (rpm)" and "µm 0-peak" in polar.caption
     assert measured(amplitude).y == pytest.approx(np.abs(measurement.values[:, 0]) * 1e6, rel=1e-5)
     assert (orbits.unit, orbits.speed_unit, orbits.decimals, *orbits.planes) == ("µm", "rpm", 0, "0.1 m")
+
+
+@pytest.fixture
+def fleet(raw, tmp_path):
+    """A machine whose file is in mil pp, and one whose file has no notation."""
+    folder = tmp_path / "fleet"
+    folder.mkdir()
+    shutil.copy(tmp_path / "run.csv", folder / "own.csv")
+    (folder / "plain.csv").write_text(as_csv(run_up(n_speed=40)[0]))
+
+
+def of_fleet(enter, *words):
+    """Printed text of a fleet, and by the name of its file the row and the text of each machine on the page."""
+    ended = enter(*WORDS, "measurement.path=fleet/*.csv", *words, output="results/identify_fleet")
+    assert ended.code == 0, ended.err + ended.out
+    page = report_named("identification").make(read_plan(ended.output), ended.output).page()
+    table, details = page.sections[0].blocks[0].frame.set_index("file"), page.sections[-1].blocks
+    return ended, table, {each.title: each.blocks[0].text for each in details}
+
+
+def test_a_fleet_shows_each_machine_in_the_units_of_its_file(fleet, enter):
+    ended, table, text = of_fleet(enter)
+    assert table.loc["fleet/own.csv", "noise"].endswith(("mil pp", "%")) and "µm" not in text["fleet/own.csv"]
+    assert "2 channels (3X, 3Y), amplitudes (mil pp) and phases (lag)" in text["fleet/own.csv"]
+    assert "2 channels (x at 0.1 m, y at 0.1 m), amplitudes (0-peak) and phases\n" in text["fleet/plain.csv"]
+    assert "mil" not in table.loc["fleet/plain.csv", "noise"]
+    files = ended.table("identify").set_index("file")
+    assert files.loc["fleet/own.csv", "kxx"] == pytest.approx(files.loc["fleet/plain.csv", "kxx"], rel=1e-3)
+    assert "noise_um" in files and not any("mil" in name for name in files)
+
+
+def test_units_of_the_command_line_hold_for_all_machines_of_a_fleet(fleet, enter):
+    _, table, text = of_fleet(enter, "units=mm_rms,Hz")
+    for name in ("fleet/own.csv", "fleet/plain.csv"):
+        assert "amplitudes (mm rms)" in text[name] and " Hz, 2 channels" in text[name]
+        assert table.loc[name, "noise"].endswith(("mm rms", "%"))
+
+
+def test_a_row_of_a_fleet_names_the_probe_of_a_cause():
+    """25.4 µm 0-peak of noise are 2 mil pp; columns of the file stay in µm, with the place in m."""
+    level = dataclasses.replace(RECORD.noise.before, relative=0.0, floor=25.4e-6)
+    applied = (dataclasses.replace(RECORD.applied[0], location="x at 0.1 m"),)
+    noise = dataclasses.replace(RECORD.noise, before=level, after=level)
+    plain = changed(verdict="named", applied=applied, noise=noise)
+    own = dataclasses.replace(plain, notation=Notation("mil", "pp", "lag", names={"x at 0.1 m": "3X"}))
+    shown, as_ever = diagnosed(own), diagnosed(plain)
+    assert (shown.shown()["location"], shown.shown()["noise"]) == ("3X", "2 mil pp")
+    assert (as_ever.shown()["location"], as_ever.shown()["noise"]) == ("x at 0.1 m", "25 µm")
+    assert shown.columns() == as_ever.columns() and shown.columns()["noise_um"] == pytest.approx(25.4)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
 
@@ -17,15 +17,17 @@ from bench.plan.naming import place_columns, place_text, telling_axes
 from bench.plan.page import Page
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made
-from bench.reports.by_cell import AnyRecord, Lines
+from bench.reports.by_cell import Lines
 from bench.reports.fleet.page import fleet_page
 from bench.reports.fleet.rows import MachineRow
 from bench.reports.pages.experiment import PAGE
 from bench.reports.runs import without_class
 from bench.reports.tables import csv_text
 from ksmea.errors import shortened
+from ksmea.records.in_notation import InNotation
 from ksmea.show.text import aligned
 
+AnyRecord = TypeVar("AnyRecord", bound=InNotation)
 FILE = "file"
 VALUES = "values.csv"
 LONGEST_REMARK = 200  # characters of what the terminal tells of one file; the page has all
@@ -43,10 +45,11 @@ def fleet_report(
 ) -> Made:
     """The report of a plan over measured files, of a `row` of each run's record; `runs` goes to runs.csv.
 
-    Without `values_in_text` the unknowns are in the files and on the page alone.
+    Text and page show each machine in the units and names of its own file, or in the units of the plan's command. Without
+    `values_in_text` the unknowns are in the files and on the page alone.
     """
     ended = {run.key: lines[run.key] for run in plan.runs if run.key in lines}
-    found = {key: row(line.record(record_type)) for key, line in ended.items() if line.has_result}
+    found = {key: row(line.record(record_type).shown_in(plan.units)) for key, line in ended.items() if line.has_result}
     table = pd.DataFrame([_columns(plan, run, lines, found.get(run.key)) for run in plan.runs])
     shown = pd.DataFrame([_shown(plan, run, lines, found.get(run.key)) for run in plan.runs]).fillna("")
     values = values_frame(plan, found)

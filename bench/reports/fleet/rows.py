@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
+from ksmea.measurement.notation import Notation
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord, Shown
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show import diagnosis_text, identification_text
 from ksmea.show.location_words import in_short
+from ksmea.show.readings import PLAIN
 from ksmea.show.text import noise_parts, number, with_ends
 from ksmea.units import MICROMETRE
 
@@ -23,7 +25,7 @@ JOINED = "; "  # remarks in a cell of a table
 class MachineRow:
     """Machine of a fleet: finding, row, unknowns, noise, remarks and text.
 
-    Noise is the relative part, and the floor in m.
+    Noise is the relative part, and the floor in m. `shown_facts` are those that people read in the `notation` of the file.
     """
 
     finding: str
@@ -32,6 +34,8 @@ class MachineRow:
     noise: tuple[float, float] | None
     remarks: tuple[str, ...]
     text: str
+    notation: Notation = PLAIN
+    shown_facts: Mapping[str, str] = field(default_factory=dict)
 
     def columns(self) -> dict[str, Any]:
         """Its columns in the CSV file, numbers as numbers."""
@@ -52,7 +56,8 @@ class MachineRow:
         """Its columns in tables for people."""
         return {
             **{name: said if isinstance(said, str) else number(said, 2) for name, said in self.facts.items()},
-            "noise": "–" if self.noise is None else noise_parts(*self.noise),
+            **self.shown_facts,
+            "noise": "–" if self.noise is None else noise_parts(*self.noise, self.notation),
             **self.shown_values(),
             "remarks": JOINED.join(self.remarks),
         }
@@ -70,13 +75,15 @@ def diagnosed(record: DiagnosisRecord) -> MachineRow:
     facts: dict[str, str | float | None] = {
         "verdict": record.verdict,
         "cause": _cause(record),
-        "location": _location(record),
+        "location": _location(record, PLAIN),
         "size": JOINED.join(sizes),
         "lack_of_fit_p": record.lack_of_fit.before.p,
     }
     values = {each.name: each.shown for each in _believed(record)}
     level = (noise.relative, noise.floor)
-    return MachineRow(record.verdict, facts, values, level, record.remarks, diagnosis_text.text(record))
+    said = {"location": _location(record, record.notation)}
+    text = diagnosis_text.text(record)
+    return MachineRow(record.verdict, facts, values, level, record.remarks, text, record.notation, said)
 
 
 def identified(record: IdentificationRecord) -> MachineRow:
@@ -87,7 +94,7 @@ def identified(record: IdentificationRecord) -> MachineRow:
     noise = None if effort is None else (effort.noise.relative, effort.noise.floor)
     remarks = (*(() if data is None else data.remarks), *record.remarks)
     values = {each.name: each.shown for each in record.parameters}
-    return MachineRow(fit, facts, values, noise, remarks, identification_text.text(record))
+    return MachineRow(fit, facts, values, noise, remarks, identification_text.text(record), record.notation)
 
 
 def _cause(record: DiagnosisRecord) -> str:
@@ -98,10 +105,10 @@ def _cause(record: DiagnosisRecord) -> str:
     return " and ".join(record.named)
 
 
-def _location(record: DiagnosisRecord) -> str:
+def _location(record: DiagnosisRecord, notation: Notation) -> str:
     if record.verdict == "located" and record.location is not None:
         return in_short(record.location)
-    return " and ".join(effect.location for effect in record.applied if record.is_explained)
+    return " and ".join(notation.name(effect.location) for effect in record.applied if record.is_explained)
 
 
 def _believed(record: DiagnosisRecord) -> Sequence[EstimateRecord]:
