@@ -1,6 +1,6 @@
 """A file in mil pp, lag and own probe names: texts, charts and records show what the file shows.
 
-Those of an identification and of a fleet.
+Those of an identification, of a fleet, and of the agreement of two responses.
 """
 
 import dataclasses
@@ -14,6 +14,8 @@ from bench.plan.page import Drawn, Orbits
 from bench.plan.plan import read_plan
 from bench.plan.report import report_named
 from bench.reports.fleet.rows import diagnosed
+from bench.reports.identification.agreement_charts import agreement, agreement_chart
+from drawn_curves import curves_of, drawn
 from ksmea.measurement.notation import Notation
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.charts import interactive, picture
@@ -190,3 +192,30 @@ def test_a_row_of_a_fleet_names_the_probe_of_a_cause():
     assert (shown.shown()["location"], shown.shown()["noise"]) == ("3X", "2 mil pp")
     assert (as_ever.shown()["location"], as_ever.shown()["noise"]) == ("x at 0.1 m", "25 µm")
     assert shown.columns() == as_ever.columns() and shown.columns()["noise_um"] == pytest.approx(25.4)
+
+
+def test_an_agreement_is_shown_in_a_notation_and_its_per_cent_stay(plan):
+    curves = curves_of(measured=[[25.4e-6, 12.7e-6]] * 4, identified=[[50.8e-6, 12.7e-6]] * 4, true=None)
+    own = Notation("mil", "pp", "lag", "Hz", {"x at 0.1 m": "3X", "y at 0.1 m": "3Y"})
+    found, as_ever = agreement(curves, "identified", own), agreement(curves, "identified")
+    assert found.difference == pytest.approx(as_ever.difference) and found.size == pytest.approx(as_ever.size)
+    chart = agreement_chart(plan, 1, "identified", [found])
+    [(first, below, second, _)] = chart.stacks
+    assert (first.title, second.title) == ("3X", "3Y")
+    assert (first.x.label, first.y.label) == ("speed (Hz)", "amplitude (mil pp)")
+    assert drawn(first)["identified"].y == pytest.approx([4.0] * 4)
+    assert drawn(first)["measured"].y == pytest.approx([2.0] * 4)
+    assert drawn(first)["measured"].x == pytest.approx(np.linspace(200, 1500, 4) / 2 / np.pi)
+    assert below.elements[0].said == "{y:.2g} % at {x:.1f} Hz" and "rpm" not in chart.title and " Hz" in chart.title
+    plain = agreement_chart(plan, 1, "identified", [as_ever]).stacks[0][0]
+    assert (plain.title, plain.x.label, plain.y.label) == ("x at 0.1 m", "speed (rpm)", "amplitude (µm 0-peak)")
+
+
+@pytest.mark.parametrize(("words", "unit", "scale"), [((), "mil pp", 1.0), (("units=um_0pk",), "µm 0-peak", 12.7)])
+def test_a_summary_draws_responses_in_the_units_of_the_file(raw, enter, words, unit, scale):
+    ended = identified(enter, "table=summary", "figures=[response]", *words)
+    page = report_named("summary").make(read_plan(ended.output), ended.output).page()
+    chart = page.charts()["identify_response.png"]()
+    first = chart.stacks[0][0]
+    assert first.title == "3X" and first.y.label == f"amplitude ({unit})"
+    assert drawn(first)["measured"].y == pytest.approx(scale * raw["3X mil pp"], rel=1e-3)

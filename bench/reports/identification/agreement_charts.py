@@ -1,7 +1,8 @@
 """Two responses over speed and their difference in per cent: the paper's Figs. 4–7, 10 and 11.
 
 The response is drawn on the fine speeds of a record, so that peaks are whole; records without them show the measured speeds. Of the
-repetitions the one with the least and the one with the largest difference (rms of its logarithm) are shown, on common axes.
+repetitions the one with the least and the one with the largest difference (rms of its logarithm) are shown, on common axes. Speeds,
+amplitudes and names of channels are those of a notation.
 """
 
 from __future__ import annotations
@@ -17,13 +18,21 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.reports.identification.course_charts import figure_number
 from ksmea.arrays import Array
+from ksmea.measurement.notation import Notation
 from ksmea.records.curves import FineResponses, ResponseCurves, as_array
 from ksmea.records.record import rounded
 from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken
 from ksmea.show.charts.colours import CATEGORIES, CONTEXT, MEASURED, MODEL, PAPER
-from ksmea.show.charts.response_charts import AMPLITUDE, SPEED
+from ksmea.show.readings import (
+    PLAIN,
+    amplitude_label,
+    speed_at_pointer,
+    speed_digits,
+    speed_label,
+    speed_unit,
+    vibration_unit,
+)
 from ksmea.show.text import two_digits
-from ksmea.units import MICROMETRE, RPM
 
 Kind = Literal["identified", "surrogate"]
 
@@ -43,9 +52,9 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Agreement:
-    """Amplitudes µm (n_speed, n_channel) over speed (n_speed,) rpm, compared with a reference.
+    """Amplitudes (n_speed, n_channel) over speed (n_speed,), compared with a reference.
 
-    `breaks` begin further runs.
+    They are in the units of `notation`, µm 0-peak and rpm by default. `breaks` begin further runs.
     """
 
     speed: Array
@@ -54,6 +63,7 @@ class Agreement:
     breaks: tuple[int, ...]
     names: tuple[str, str]
     curves: ResponseCurves
+    notation: Notation = PLAIN
 
     @property
     def difference(self) -> Array:
@@ -67,35 +77,42 @@ class Agreement:
         return float(np.sqrt(np.mean(ratio[np.isfinite(ratio)] ** 2)))
 
     def worst(self) -> tuple[float, int, float]:
-        """Speed (rpm), channel and size (%) of the largest difference."""
+        """Speed, channel and size (%) of the largest difference."""
         row, column = np.unravel_index(np.nanargmax(self.difference), self.difference.shape)
         return float(self.speed[row]), int(column), float(self.difference[row, column])
 
+    def said(self, speed: float) -> str:
+        """A speed with its unit."""
+        return f"{speed_digits(speed, self.notation)} {self.notation.speed}"
 
-def agreement(curves: ResponseCurves, kind: Kind) -> Agreement | None:
-    """The comparison of a run; None if its record lacks a curve.
+
+def agreement(curves: ResponseCurves, kind: Kind, notation: Notation = PLAIN) -> Agreement | None:
+    """The comparison of a run in a notation; None if its record lacks a curve.
 
     `identified` compares the identified response with the original one, or with measured amplitudes if the original is not known;
     `surrogate` compares the surrogate's prediction, which is of measured speeds only, with the model at the same values.
     """
     fine = curves.fine
     if kind == "identified" and fine is not None and fine.true is not None and fine.identified is not None:
-        return _between(fine, "true", "identified", curves)
+        return _between(fine, "true", "identified", curves, notation)
     pairs = (
         (("modelled", "predicted"),) if kind == "surrogate" else (("true", "identified"), ("measured", "identified"))
     )
     for first, second in pairs:
         if getattr(curves, first) is not None and getattr(curves, second) is not None:
-            return _between(curves, first, second, curves)
+            return _between(curves, first, second, curves, notation)
     return None
 
 
-def _between(of: FineResponses | ResponseCurves, first: str, second: str, curves: ResponseCurves) -> Agreement | None:
-    one, other = (as_array(getattr(of, name)) / MICROMETRE for name in (first, second))
+def _between(
+    of: FineResponses | ResponseCurves, first: str, second: str, curves: ResponseCurves, notation: Notation
+) -> Agreement | None:
+    one, other = (as_array(getattr(of, name)) / vibration_unit(notation) for name in (first, second))
     ratio = other / one
     if not np.any(np.isfinite(ratio)):
         return None
-    return Agreement(as_array(of.speed) / RPM, one, other, of.breaks, (NAMES[first], NAMES[second]), curves)
+    speed = as_array(of.speed) / speed_unit(notation)
+    return Agreement(speed, one, other, of.breaks, (NAMES[first], NAMES[second]), curves, notation)
 
 
 def agreement_chart(plan: Plan, cell: int, kind: Kind, found: Sequence[Agreement]) -> Chart:
@@ -126,10 +143,10 @@ def _finding(shown: Mapping[str, Agreement], ranked: Sequence[Agreement]) -> str
     first, second = ranked[0].names
     speed, _, missed = ranked[-1].worst()
     if len(shown) == 1:
-        return f"The {second} response is within {_per_cent(missed)} of the {first} one; the largest difference is at {speed:.0f} rpm"
+        return f"The {second} response is within {_per_cent(missed)} of the {first} one; the largest difference is at {ranked[-1].said(speed)}"
     return (
         f"{second.capitalize()}: the best of {len(ranked)} repetitions is within {_per_cent(ranked[0].worst()[2])} of the {first} response;"
-        f" the worst misses {speed:.0f} rpm by {_per_cent(missed)}"
+        f" the worst misses {ranked[-1].said(speed)} by {_per_cent(missed)}"
     )
 
 
@@ -138,15 +155,16 @@ def _per_cent(value: float) -> str:
 
 
 def _heading(name: str, of: Agreement, n: int) -> str:
-    return f"{name} of {n} repetitions, {of.curves.channels[0]}" if name else of.curves.channels[0]
+    channel = of.notation.name(of.curves.channels[0])
+    return f"{name} of {n} repetitions, {channel}" if name else channel
 
 
 def _stack(of: Agreement, kind: Kind, y: Axis, heading: str) -> Iterator[Panel]:
     for column, channel in enumerate(of.curves.channels):
-        x = Axis(SPEED, group="speed")
+        x = Axis(speed_label(of.notation), group="speed")
         elements = tuple(_responses(of, kind, column))
-        title = heading if column == 0 else channel
-        yield Panel(elements, x, Axis(AMPLITUDE, "log", group="amplitude"), title, 2.1)
+        title = heading if column == 0 else of.notation.name(channel)
+        yield Panel(elements, x, Axis(amplitude_label(of.notation), "log", group="amplitude"), title, 2.1)
         yield Panel(tuple(_differences(of, kind, column)), x, y, height=1.1)
 
 
@@ -164,11 +182,12 @@ def _difference_axis(every: Sequence[Agreement]) -> Axis:
 
 def _responses(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
     first, second = of.names
-    speed, measured = as_array(of.curves.speed) / RPM, of.curves.measured
+    in_speed, in_amplitude = speed_unit(of.notation), vibration_unit(of.notation)
+    speed, measured = as_array(of.curves.speed) / in_speed, of.curves.measured
     if kind == "surrogate":
         fine = of.curves.fine
         if fine is not None and fine.modelled is not None:
-            curve = as_array(fine.speed) / RPM, _drawn(as_array(fine.modelled)[:, column] / MICROMETRE)
+            curve = as_array(fine.speed) / in_speed, _drawn(as_array(fine.modelled)[:, column] / in_amplitude)
             x, y = (broken(part, fine.breaks) for part in curve)
             yield Line(x, y, width=1.4, name=first, colour=MODEL)
         else:
@@ -187,7 +206,7 @@ def _responses(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
     yield _line(of, of.other[:, column], second, MODEL, 1.2)
     if measured is not None:
         yield Points(
-            speed, as_array(measured)[:, column] / MICROMETRE, size=3.4, name=NAMES["measured"], colour=MEASURED
+            speed, as_array(measured)[:, column] / in_amplitude, size=3.4, name=NAMES["measured"], colour=MEASURED
         )
 
 
@@ -204,7 +223,7 @@ def _drawn(values: Array) -> Array:
 def _differences(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
     values = np.maximum(of.difference[:, column], LEAST)
     is_at_points = kind == "surrogate" or of.names[0] == NAMES["measured"]
-    said = "{y:.2g} % at {x:.0f} rpm"
+    said = f"{{y:.2g}} % at {speed_at_pointer(of.notation)}"
     if is_at_points:
         yield Points(of.speed, values, size=2.6, colour=PAPER, said=said)
     else:
@@ -217,7 +236,7 @@ def _differences(of: Agreement, kind: Kind, column: int) -> Iterator[Element]:
         yield Words(
             x=speed,
             y=missed,
-            text=f"{_per_cent(missed)} at {speed:.0f} rpm",
+            text=f"{_per_cent(missed)} at {of.said(speed)}",
             offset=offset,
             side=side,
             edge="bottom",
@@ -232,18 +251,18 @@ def mesh_chart(coarse: ResponseCurves, fine: ResponseCurves) -> Chart:
     of = Agreement(one.speed, one.reference, between, one.breaks, ("13 elements", "21 elements"), coarse)
     stacks = []
     for column, channel in enumerate(coarse.channels):
-        x = Axis(SPEED, group="speed")
+        x = Axis(speed_label(PLAIN), group="speed")
         elements = (
             _line(of, of.reference[:, column], "13 elements", CONTEXT, 4.0, 0.4),
             _line(of, of.other[:, column], "21 elements", MODEL, 1.2),
         )
-        above = Panel(elements, x, Axis(AMPLITUDE, "log", group="amplitude"), channel, 2.4)
+        above = Panel(elements, x, Axis(amplitude_label(PLAIN), "log", group="amplitude"), channel, 2.4)
         below = Panel(tuple(_differences(of, "identified", column)), x, _difference_axis([of]), height=1.2)
         stacks.append((above, below))
     speed, _, missed = of.worst()
     middle = float(np.nanmedian(of.difference))
     return Chart(
-        f"Fig. 5. 21 elements instead of 13 change the response by {_per_cent(middle)} (median over speed), and by {_per_cent(missed)} at {speed:.0f} rpm",
+        f"Fig. 5. 21 elements instead of 13 change the response by {_per_cent(middle)} (median over speed), and by {_per_cent(missed)} at {of.said(speed)}",
         "Amplitude of the original response over speed with both meshes, and the difference in per cent of that with 13 elements below.",
         tuple(stacks), len(stacks), 4.6 * max(len(stacks), 2),
     )  # fmt: skip
@@ -251,8 +270,8 @@ def mesh_chart(coarse: ResponseCurves, fine: ResponseCurves) -> Chart:
 
 def _true(curves: ResponseCurves) -> Agreement:
     of = curves.fine if curves.fine is not None and curves.fine.true is not None else curves
-    true = as_array(of.true) / MICROMETRE
-    return Agreement(as_array(of.speed) / RPM, true, true, of.breaks, ("", ""), curves)
+    true = as_array(of.true) / vibration_unit(PLAIN)
+    return Agreement(as_array(of.speed) / speed_unit(PLAIN), true, true, of.breaks, ("", ""), curves)
 
 
 def _at_speeds(of: Agreement, speed: Array) -> Array:

@@ -5,7 +5,7 @@ Their spread, and the figures that an experiment requests.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -32,8 +32,10 @@ from bench.reports.identification.spread_chart import spread_chart
 from bench.reports.identification.trace_table import read_traces, stages_frame, trace_frame
 from bench.reports.runs import runs_frame
 from bench.reports.tables import as_text, csv_text, search_lines, slips, slips_text, summary_frame
+from ksmea.measurement.notation import Notation
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, UpdateRecord
+from ksmea.show.readings import PLAIN
 from ksmea.show.text import capital, two_digits
 
 
@@ -69,6 +71,7 @@ class Courses:
 
     histories: Mapping[str, tuple[UpdateRecord, ...]]
     curves: Mapping[int, tuple[ResponseCurves, ...]]  # by cell
+    notation: Mapping[int, Notation]  # of each cell's measurement
     reached: pd.DataFrame | None
     stages: pd.DataFrame | None
     cost: pd.DataFrame | None
@@ -87,6 +90,7 @@ def read_courses(plan: Plan, runs: pd.DataFrame, output: Path) -> Courses:
     return Courses(
         {key: part.history for key, part in kept.items()} if "updates" in asked else {},
         curves_by_cell(plan, kept) if "response" in asked else {},
+        {run.cell: kept[run.key].notation for run in plan.runs if run.key in kept and kept[run.key].curves},
         trace_frame(plan, traces) if traces else None,
         stages_frame(plan, traces) if traces else None,
         cost_frame(plan, runs) if "cost" in asked and runs["status"].isin(RESULTS).any() else None,
@@ -169,13 +173,14 @@ def _responses(plan: Plan, courses: Courses) -> Iterator[Block]:
     """
     cells = [drawn_cell(plan), *courses.curves]
     for kind in [each for each in FILES if figure_number(plan, each)] or FILES:
-        found = ((cell, _agreements(courses.curves.get(cell, ()), kind)) for cell in cells)
+        found = ((cell, _agreements(courses, cell, kind)) for cell in cells)
         if (first := next((each for each in found if each[1]), None)) is not None:
             yield Drawn(partial(agreement_chart, plan, first[0], kind, first[1]), f"{plan.name}_{FILES[kind]}.png")
 
 
-def _agreements(curves: Sequence[ResponseCurves], kind: Kind) -> list[Agreement]:
-    return [found for each in curves if (found := agreement(each, kind)) is not None]
+def _agreements(courses: Courses, cell: int, kind: Kind) -> list[Agreement]:
+    curves, notation = courses.curves.get(cell, ()), courses.notation.get(cell, PLAIN)
+    return [found for each in curves if (found := agreement(each, kind, notation)) is not None]
 
 
 def headline(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
@@ -199,22 +204,24 @@ def _range(values: pd.Series) -> str:
 def _kept(plan: Plan, output: Path) -> dict[str, ForFigures]:
     """Updating steps and curves of the runs that figures show."""
     shown = {run.key for run in plan.runs if run.repetition < MAX_LINES}
-    return read_records(output, lambda line: for_figures(line) if line.key in shown else ForFigures(), plan)
+    return read_records(output, lambda line: for_figures(line, plan.units) if line.key in shown else ForFigures(), plan)
 
 
 @dataclass(frozen=True)
 class ForFigures:
-    """The updating steps of a run, and its response curves where it keeps them."""
+    """Updating steps of a run, its response curves if it keeps them, and the notation of its data."""
 
     history: tuple[UpdateRecord, ...] = ()
     curves: ResponseCurves | None = None
+    notation: Notation = PLAIN
 
 
-def for_figures(line: RunLine) -> ForFigures:
+def for_figures(line: RunLine, units: str = "") -> ForFigures:
+    """Updating steps and curves of a run, to be shown in these units; empty without a result."""
     if not line.has_result:
         return ForFigures()
-    record = line.record(IdentificationRecord)
-    return ForFigures(record.history, record.curves)
+    record = line.record(IdentificationRecord).shown_in(units)
+    return ForFigures(record.history, record.curves, record.notation)
 
 
 def curves_by_cell(plan: Plan, kept: Mapping[str, ForFigures]) -> dict[int, tuple[ResponseCurves, ...]]:
