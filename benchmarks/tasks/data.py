@@ -26,9 +26,9 @@ NOISE = 0.1  # of each value, 1 σ
 
 @dataclass(frozen=True)
 class Samples:
-    """Designs of n points (N_DESIGN, n, 5) of the unit cube with outputs (N_DESIGN, n, q), and points that all of them share.
+    """Designs of n points (N_DESIGN, n, 5) of the unit cube with outputs (N_DESIGN, n, q).
 
-    The shared points are one more sample, those held out, and many to predict.
+    All share the other points: one more sample, those held out, and many to predict.
     """
 
     u: np.ndarray

@@ -13,6 +13,7 @@ from ksmea.problem.parameters import Parameter, Prior
 from ksmea.settings.document import Block, Units
 from ksmea.units import Unit
 from problems.rotor.finite_elements.bearing import COEFFICIENTS
+from problems.rotor.response.unknown_checks import numbers_set_by
 from problems.rotor.response.unknowns import (
     FACTORS,
     PEDESTAL_PARTS,
@@ -22,7 +23,6 @@ from problems.rotor.response.unknowns import (
     Target,
     UnbalanceTarget,
     Unknown,
-    numbers_set_by,
 )
 from problems.rotor_document.bearings import QUANTITY_OF_PART
 from problems.rotor_document.stated_numbers import deviation

@@ -85,7 +85,10 @@ def _errors(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, name: str) ->
 
 
 def _at_limit(values: Array, facts: ParameterFacts) -> Array:
-    """Which values lie at a search limit, within a thousandth of the range; none where no plan has the limits."""
+    """Which values lie at a search limit, within a thousandth of the range.
+
+    None without limits in the plan.
+    """
     if facts.lower is None or facts.upper is None:
         return np.zeros(len(values), dtype=bool)
     si, near = values * facts.si_per_unit, AT_LIMIT * (facts.upper - facts.lower)

@@ -1,4 +1,7 @@
-"""Median absolute errors of an experiment as a table: a row for each cell, ours above the paper's, a column for each unknown."""
+"""Median absolute errors of an experiment as a table.
+
+A row for each cell, ours above the paper's, and a column for each unknown.
+"""
 
 from __future__ import annotations
 

@@ -25,13 +25,13 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.response.links import Impedance
 from problems.rotor.response.receptance import Reduction, reduce_rotor
+from problems.rotor.response.unknown_checks import check_unknowns
 from problems.rotor.response.unknowns import (
     BearingTarget,
     Inputs,
     PedestalTarget,
     RotorNumbers,
     Unknown,
-    check_unknowns,
     complex_unbalance_at,
     inputs_at,
     rotor_at,
