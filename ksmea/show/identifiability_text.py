@@ -37,7 +37,7 @@ def text(record: IdentifiabilityRecord, title: str = "", *, with_variations: boo
     """
     lines = [*([title] if title else []), *fit_warning(record.lack_of_fit, "the intervals"), *sentences(record)]
     if with_variations and record.variations:
-        lines += ["", _variations_text(record)]
+        lines += ["", variations_text(record)]
     return "\n".join(lines)
 
 
@@ -156,7 +156,7 @@ def _numbers_text(record: IdentifiabilityRecord) -> Iterator[str]:
         yield from (f"  {line}" for line in origins(record.parameters))
 
 
-def _variations_text(record: IdentifiabilityRecord) -> str:
+def variations_text(record: IdentifiabilityRecord) -> str:
     """Half-widths in per cent; for a true value of 0 and an angle in its unit.
 
     A star marks the data as they are.

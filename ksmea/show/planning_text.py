@@ -35,6 +35,13 @@ def text(record: PlanningRecord, title: str = "") -> str:
     return "\n".join(lines)
 
 
+def best_addition(record: PlanningRecord) -> str:
+    """The sentence on the additions that reduce most; the opening without any."""
+    if not record.families:
+        return _opening(record)
+    return _sentence(record, max(record.families, key=lambda family: family.steps[-1].reduction_pct or 0.0))
+
+
 def frame(record: PlanningRecord) -> pd.DataFrame:
     """A row per addition and unknown, and one for all unknowns together where they all are the target.
 

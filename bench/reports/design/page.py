@@ -5,7 +5,7 @@ How well unknowns would be known, and what to add.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 import pandas as pd
@@ -16,6 +16,7 @@ from ksmea.records.planning import PlanningRecord
 from ksmea.show import identifiability_text, planning_text
 from ksmea.show.charts.identifiability_chart import identifiability_chart
 from ksmea.show.charts.planning_chart import planning_chart
+from ksmea.show.text import capital, fit_warning
 
 
 def identifiability_page(
@@ -25,15 +26,26 @@ def identifiability_page(
     file: str,
     following: Sequence[Block] = (),
 ) -> Page:
-    """A section for each record, by its title; `following` is what to do next."""
-    sections = []
+    """A section for each record, by its title; `following` is what to do next.
+
+    The headline has the precision that the first record states.
+    """
+    sections, in_short = [], ""
     for number, (title, record) in enumerate(found.items()):
         picture = pictures[number] if number < len(pictures) else ""
-        charts = (Drawn(partial(identifiability_chart, record, title), picture),) if record.variations else ()
-        sections.append(Section(title or "Result", (Prose(identifiability_text.text(record)), *charts)))
-    first = next(iter(found.values()), None)
-    in_short = "" if first is None else "; ".join([*identifiability_text.sentences(first)][1:3])
-    return _page(first, in_short, sections, following, table, file)
+        said = [*identifiability_text.sentences(record)]
+        if not number:
+            in_short = "; ".join(said[1:3])
+            said[1:3] = []
+        sections.append(Section(title or "Result", tuple(_of_record(record, title, picture, said))))
+    return _page(next(iter(found.values()), None), in_short, sections, following, table, file)
+
+
+def _of_record(record: IdentifiabilityRecord, title: str, picture: str, said: Sequence[str]) -> Iterator[Block]:
+    yield Prose("\n".join(map(capital, [*fit_warning(record.lack_of_fit, "the intervals"), *said])))
+    if record.variations:
+        yield Drawn(partial(identifiability_chart, record, title), picture)
+        yield Folded("Half-widths with other data, %", (Prose(identifiability_text.variations_text(record)),))
 
 
 def plan_page(
@@ -48,13 +60,8 @@ def plan_page(
         chart = partial(planning_chart, {title: record for title, _, record in found}, name)
         sections.append(Section("Candidates", (Drawn(chart, f"{name}.png"),)))
     first = found[0][2] if found else None
-    return _page(first, "" if first is None else _first_addition(first), sections, following, table, f"{name}.csv")
-
-
-def _first_addition(record: PlanningRecord) -> str:
-    """The plan's first recommendation in words."""
-    lines = planning_text.text(record).splitlines()
-    return next((said.removeprefix("- ") for said in lines if said.startswith("- ")), lines[0])
+    in_short = "" if first is None else planning_text.best_addition(first)
+    return _page(first, in_short, sections, following, table, f"{name}.csv")
 
 
 def _page(
