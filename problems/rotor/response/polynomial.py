@@ -60,12 +60,8 @@ class ResponsePolynomial:
 
     def response(self, x: Array, unbalance: ComplexArray) -> ComplexArray:
         """(n, n_speed, n_channel) m at sets x (n, d) SI with the unbalance (n, n_plane) kg m of each plane."""
-        n, (n_speed, n_channel, n_plane) = len(x), self.shape
-        values = (self._monomials(x) @ self.coefficients).view(complex)
-        determinant, numerator = values[:, :n_speed], values[:, n_speed:].reshape(n, n_speed, n_channel, n_plane)
-        if n_plane == 1:
-            return numerator[..., 0] * (unbalance / determinant)[..., None]
-        return np.einsum("nscp,np->nsc", numerator, unbalance) / determinant[..., None]
+        determinant, numerator = self._values(self._monomials(x))
+        return _combined(numerator, unbalance[:, None] / determinant[..., None])
 
     def linearised(
         self, x: Array, unbalance: ComplexArray, unbalance_slopes: ComplexArray
@@ -76,13 +72,20 @@ class ResponsePolynomial:
         """
         powers, lowered = self._derivatives
         slopes = powers * self._products(x[None], lowered)[0] / self.scale[:, None]
-        values = (np.concatenate([self._monomials(x[None]), slopes]) @ self.coefficients).view(complex)
-        n_speed = self.shape[0]
-        determinant, numerator = values[:, :n_speed], values[:, n_speed:].reshape(-1, *self.shape)
-        seen = (numerator @ unbalance) / determinant[0][:, None]  # (1 + d, n_speed, n_channel)
+        determinant, numerator = self._values(np.concatenate([self._monomials(x[None]), slopes]))
+        seen = _combined(numerator, unbalance / determinant[:1, :, None])  # (1 + d, n_speed, n_channel)
         of_coefficients = seen[1:] - seen[0] * (determinant[1:] / determinant[0])[:, :, None]
         of_unbalance = (numerator[0] @ unbalance_slopes) / determinant[0][:, None, None]
         return seen[0], of_coefficients.transpose(1, 2, 0) + of_unbalance
+
+    def _values(self, monomials: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Q (n, n_speed) and N (n, n_speed, n_channel, n_plane) of sums of monomials (n, n_monomial).
+
+        There is a product for each set: in one for all, last digits would depend on the number of sets.
+        """
+        values = (monomials[:, None] @ self.coefficients)[:, 0].view(complex)
+        n_speed = self.shape[0]
+        return values[:, :n_speed], values[:, n_speed:].reshape(-1, *self.shape)
 
     def _monomials(self, x: Array) -> Array:
         """(n, n_monomial)."""
@@ -104,6 +107,14 @@ class ResponsePolynomial:
         is_factor = self.factors == np.arange(len(self.scale))[:, None, None]
         is_first = is_factor & (np.cumsum(is_factor, axis=1) == 1)
         return is_factor.sum(axis=1).astype(float), np.where(is_first, len(self.scale), self.factors)
+
+
+def _combined(numerator: ComplexArray, force: ComplexArray) -> ComplexArray:
+    """Sum over planes of N (n, n_speed, n_channel, n_plane) times unbalance over Q (n, n_speed, n_plane)."""
+    total = numerator[..., 0] * force[..., :1]
+    for plane in range(1, numerator.shape[-1]):
+        total += numerator[..., plane] * force[..., plane, None]
+    return total
 
 
 def has_few_monomials(impedances: Sequence[Sequence[int]], n_value: int) -> bool:
