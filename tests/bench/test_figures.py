@@ -53,10 +53,10 @@ def figures(table3, tmp_path, monkeypatch):
     monkeypatch.setattr("bench.reports.collect._png", png)
     monkeypatch.setattr("bench.reports.collect.available_cores", lambda: 1)  # all are drawn here
     assert collect(output) == 0
-    names = ("", "_updates", "_response", "_surrogate")
+    names = ("", "_spread", "_updates", "_response", "_surrogate")
     assert all((output / f"table3{name}.png").read_bytes() == PNG for name in names)
     return (
-        dict(zip(("summary", "updates", "response", "surrogate"), made, strict=True)),
+        dict(zip(("errors", "summary", "updates", "response", "surrogate"), made, strict=True)),
         read_plan(output),
         _records(output),
     )
@@ -162,7 +162,7 @@ def test_an_experiment_of_failures_draws_what_it_can(table3, tmp_path, capsys):
         path.unlink()
     shutil.rmtree(output / "records")
     assert collect(output) == 1
-    assert {path.name for path in output.glob("*.png")} == {"table3.png"}
+    assert {path.name for path in output.glob("*.png")} == {"table3.png", "table3_spread.png"}
     assert "table3.png" in capsys.readouterr().out
 
 

@@ -8,7 +8,8 @@ import pytest
 from bench.plan.plan import read_plan
 from bench.reports.collect import collect
 from bench.reports.identification.course_charts import updates_chart
-from bench.reports.identification.spread_chart import cells_with, spread_chart
+from bench.reports.identification.error_chart import error_chart
+from bench.reports.identification.spread_chart import cells_with
 from outside_package import on_path
 
 FIGURES = "figures=[updates,response,cost]"
@@ -101,7 +102,7 @@ def test_a_figure_that_cannot_be_drawn_is_one_line_and_costs_nothing_else(enter,
     def fails(*arguments):
         raise ValueError("too\nmany colours")
 
-    monkeypatch.setattr("bench.reports.identification.summary.spread_chart", fails)
+    monkeypatch.setattr("bench.reports.identification.summary.error_chart", fails)
     assert collect(ended.output) == 0
     printed = capsys.readouterr()
     assert printed.err == "run.png: cannot be drawn (ValueError: too many colours); the tables are written\n"
@@ -109,7 +110,7 @@ def test_a_figure_that_cannot_be_drawn_is_one_line_and_costs_nothing_else(enter,
     names = {path.name for path in ended.output.iterdir()}
     assert {"runs.csv", "run.csv", "run_response.png", "run_cost.png", "run_cost.csv"} <= names
     assert "run.png" not in names  # the old one shows other tables
-    monkeypatch.setattr("bench.reports.identification.summary.spread_chart", spread_chart)
+    monkeypatch.setattr("bench.reports.identification.summary.error_chart", error_chart)
     assert collect(ended.output, redraw=False) == 0 and (ended.output / "run.png").is_file()  # tried again
 
 
