@@ -37,6 +37,8 @@ ALIKE = 2.0  # factor within which relative half-widths are said together
 TIMES, UP_TO = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
 AGREES = "the machine itself agrees with the model."
 MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
+FAR = 1.3  # times the noise, below which odds say more
+MOST_ODDS = 1e6
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class Other:
     trial: TrialRecord
     words: str
     multiple: float
+    behind: float  # ΔBIC of the best one less its own
     is_near: bool  # it cannot be distinguished from the best one
 
 
@@ -91,10 +94,22 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
         if test.after is None
         else f" With {'it' if len(record.applied) == 1 else 'both'} the residuals are consistent with noise ({chance(test.after)})."
     )
-    doubt = ""
+    if record.verdict == AMBIGUOUS and record.applied:
+        with_cause += f" Best fit: {' and '.join(_said(effect, notation) for effect in record.applied)}."
+    doubt = "".join(
+        f" But {name.replace('_', ' ')} ends at its physical limit: another cause is likely."
+        for name in at_limits(record)
+    )
     if record.predictive_gain is not None and not record.predictive_gain.is_supported:
-        doubt = " Speeds that were left out do not confirm it: another run would."
+        doubt += " Speeds that were left out do not confirm it: another run would."
     return f"{rejected}.{with_cause}{doubt}{_of_measurement(record)}"
+
+
+def at_limits(record: DiagnosisRecord) -> list[str]:
+    """Sizes of the best explanation that lie on a physical limit, by name."""
+    if not record.is_explained or not record.applied or not record.ranking:
+        return []
+    return [part.name for part in record.ranking[0].parameters if part.at_limit]
 
 
 def _of_measurement(record: DiagnosisRecord) -> str:
@@ -116,15 +131,19 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
         )
         yield ends, f"95 % interval of its size{' and angle' if has_angle else ''}"
     if record.is_explained and (found := others(record)):
-        least = min(
-            (each for each in found if each.trial.effect not in record.ambiguity_group), key=_multiple, default=None
-        )
-        if least is not None:
-            count = len({trial.effect for trial in record.ranking}) - len(record.ambiguity_group)
-            verdict = "not ruled out" if least.is_near else "ruled out"
-            which = f"the next of {count} other causes" if count > 1 else "the only other cause"
-            needed = f"the noise would be needed if it were {least.words}, {which}: {verdict}"
-            yield _times(least.multiple), needed
+        least = found[0]
+        count = len({trial.effect for trial in record.ranking}) - len(record.named or record.ambiguity_group[:1])
+        which = f"the next of {count} other causes" if count > 1 else "the only other cause"
+        of = f"{least.words}, {which}"
+        if least.is_near:
+            yield _times(least.multiple), f"as much noise is needed for {of}: not ruled out"
+        elif least.multiple >= FAR:
+            yield _times(least.multiple), f"as much noise is needed for {of}: ruled out"
+        else:
+            yield (
+                f"{_odds(least.behind)} to 1",
+                f"odds by BIC against {of}: the data fit it with {_times(least.multiple)} the noise",
+            )
     if (gain := record.predictive_gain) is not None and record.is_explained:
         verdict = "confirmed" if gain.is_supported else "not confirmed"
         blocks = f"blocks of speeds that were left out of the fit are predicted better with it: {verdict}"
@@ -156,9 +175,10 @@ def others(record: DiagnosisRecord) -> list[Other]:
     found: dict[str, Other] = {}
     for trial in record.ranking:
         if trial.effect not in record.named and trial.effect not in found:
-            near = bic - trial.delta_bic <= NEAR or trial.effect in record.ambiguity_group
+            behind = bic - trial.delta_bic
+            near = behind <= NEAR or trial.effect in record.ambiguity_group
             multiple = _needed(record, drop - trial.deviance_drop)
-            found[trial.effect] = Other(trial, cause(trial), multiple, near)
+            found[trial.effect] = Other(trial, cause(trial), multiple, behind, near)
     return sorted(found.values(), key=_multiple)
 
 
@@ -347,6 +367,14 @@ def _times(multiple: float) -> str:
         if multiple >= 1.05
         else f"{TIMES} {multiple:.2f}"
     )
+
+
+def _odds(behind: float) -> str:
+    """Odds of the better of two explanations, exp(ΔBIC/2) (Kass & Raftery 1995), with two digits."""
+    most = 2 * math.log(MOST_ODDS)
+    odds = math.exp(min(behind, most) / 2)
+    digits = f"{round(odds, 1 - math.floor(math.log10(odds))):,.0f}".replace(",", "\u00a0")
+    return f"more than {digits}" if behind >= most else digits
 
 
 def _noise(level: NoiseLevelRecord, notation: Notation) -> str:

@@ -239,9 +239,7 @@ def _cause(record: DiagnosisRecord) -> str:
         lines += [*_not_in_library(record, names), *_where_to_look(record)]
     elif record.is_explained:
         lines += [
-            f"  {part.name} lies on its physical limit: another cause is likely"
-            for part in record.ranking[0].parameters
-            if part.at_limit and record.applied
+            f"  {name} lies on its physical limit: another cause is likely" for name in findings.at_limits(record)
         ]
     return "\n\n".join(filter(None, ["\n".join(lines), _ranking(record)]))
 

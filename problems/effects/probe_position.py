@@ -34,7 +34,7 @@ class ProbePosition(PlacedEffect):
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
 
     is_scanned: ClassVar[bool] = False
-    says = "The measuring plane of {place:probes} is {probe_position_change:further from|nearer to} the shaft's start"
+    says = "The measuring plane of {place:probes} is {probe_position_change:further from|nearer to} the shaft's start than stated"
     is_of_measurement = True
     check_next = "Measure the axial position of these probes: an offset of this size confirms it."
     aliases: ClassVar[Mapping[str, str]] = {

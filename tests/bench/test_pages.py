@@ -206,6 +206,12 @@ def test_a_report_that_tells_nothing_of_a_page_has_one(plan):
     assert "found &lt;it&gt;" in page and "explain b" in page and "<img src=x" not in page and "data:image/png" in page
 
 
+def test_the_file_of_a_page_is_named_once():
+    for title, shown in (("diagnose: a.csv", "diagnose: a.csv · 75 speeds"), ("two", "two · a.csv · 75 speeds")):
+        page = document(title, Page("it fits", about="a.csv · 75 speeds"), (), {}, {}).decode()
+        assert f'<p class="about">{shown}</p>' in page
+
+
 def test_a_headline_stands_first():
     page = document("x", Page("it fits"), (Section("a", ()),), {}, {}).decode()
     assert page.index("<h1>It fits</h1>") < page.index("<main>")

@@ -62,7 +62,7 @@ def test_an_error_of_the_measurement_is_said_to_be_none_of_the_machine():
 def test_certainty_has_at_most_four_numbers():
     said = dict(findings.certainty(NAMED))
     assert list(said) == ["± 0.09 µm 0-peak, ± 0.4°", "× 57", "6 of 6", "p = 0.99"]
-    assert said["× 57"] == "the noise would be needed if it were mass, the only other cause: ruled out"
+    assert said["× 57"] == "as much noise is needed for mass, the only other cause: ruled out"
     assert said["6 of 6"].endswith(": confirmed") and said["p = 0.99"].startswith(
         "the fit is good, as only p below 0.005 rejects it;"
     )
@@ -70,6 +70,32 @@ def test_certainty_has_at_most_four_numbers():
     assert next(findings.certainty(rejected))[1].startswith("the fit is poor, as p below 0.005 rejects it;")
     for verdict in ("adequate", "unknown", "not observable"):
         assert len(list(findings.certainty(changed(verdict=verdict)))) <= 4
+
+
+def test_a_cause_that_needs_little_more_noise_has_odds():
+    """exp(ΔBIC/2): 18 behind are 8103 to 1, 60 behind more than a million to 1; 5 behind is not ruled out."""
+    best = RECORD.ranking[0]
+    for behind, big in ((18.0, "8\u00a0100 to 1"), (60.0, "more than 1\u00a0000\u00a0000 to 1")):
+        near = dataclasses.replace(
+            RECORD.ranking[1], deviance_drop=best.deviance_drop - 1.0, delta_bic=best.delta_bic - behind
+        )
+        said = dict(findings.certainty(changed(ranking=(best, near))))
+        assert said[big].startswith("odds by BIC against mass, the only other cause: the data fit it with × 1.0")
+    near = dataclasses.replace(RECORD.ranking[1], deviance_drop=best.deviance_drop, delta_bic=best.delta_bic - 5.0)
+    assert dict(findings.certainty(changed(ranking=(best, near))))["× 1.00"].endswith("only other cause: not ruled out")
+
+
+def test_a_size_on_its_physical_limit_is_said_at_the_top():
+    [first, *others] = RECORD.ranking
+    part = dataclasses.replace(first.parameters[0], at_limit=True)
+    limited = changed(ranking=(dataclasses.replace(first, parameters=(part, *first.parameters[1:])), *others))
+    assert " ends at its physical limit: another cause is likely." in findings.meaning(limited)
+    assert "limit" not in findings.meaning(RECORD)
+
+
+def test_what_fits_best_of_several_is_said_with_its_size():
+    best = dataclasses.replace(ambiguous(), applied=NAMED.applied)
+    assert "Best fit: Runout of 12.8 µm 0-peak at 71° lead" in findings.meaning(best)
 
 
 def test_the_noise_that_a_cause_needs_is_a_ratio_of_rms_residuals():

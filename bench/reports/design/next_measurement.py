@@ -64,7 +64,12 @@ def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | N
             path_word("measurement.path", path),
             path_word("output", from_here(beside.with_name(f"{beside.name}_campaign"))),
         ]
-        step = f"measure the run that {path} describes, and put its data into {from_here(output / FURTHER_FILE)}; then"
+        weights = " and ".join(
+            f"{each.magnitude / GRAM_MILLIMETRE:.4g} g mm at {each.position:.4g} m, {each.angle / DEGREE:.0f}°"
+            for each in weights_of(run)
+        )
+        of = f"a run with {weights}" if weights else "the run"
+        step = f"Measure {of} ({path} describes it), and put its data into {from_here(output / FURTHER_FILE)}; then"
         content = _campaign(source, run, output).encode()
         return Next((visible(step),), _command(plan, cell, words), {CAMPAIGN_FILE: content})
     return None

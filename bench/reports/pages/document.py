@@ -72,7 +72,8 @@ def _header(title: str, page: Page) -> str:
     """Title with the data, and below it the finding as heading; the title as heading without a finding."""
     if not page.headline:
         return f"<h1>{safe(title)}</h1>"
-    about = " · ".join(filter(None, [title, page.about]))
+    first, _, rest = page.about.partition(" · ")  # its data, which titles of single files name too
+    about = " · ".join(filter(None, [title, rest if title.endswith(first) else page.about]))
     finding = capital(page.headline)
     return f'<p class="about">{safe(about)}</p><h1>{unbroken(safe(finding))}</h1>'
 

@@ -165,7 +165,7 @@ def others_chart(record: DiagnosisRecord) -> Chart | None:
     names = {float(at): name for at, (name, *_) in enumerate(rows)}
     most = max(multiple for _, multiple, _, _ in rows)
     near = any(each.is_near for each in others)
-    title = "Explains the data about as well" if near else "Nothing else explains the data"
+    title = "Explains the data about as well" if near else "No other known cause explains the data as well"
     return one_panel(
         elements, Axis("noise needed (best: 1)", "log", low=0.9, high=2.2 * max(most, 1.2)),
         Axis(low=-0.6, high=len(rows) - 0.4, ticks=names, is_reversed=True), title,
