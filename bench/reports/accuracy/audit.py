@@ -35,6 +35,7 @@ from ksmea.errors import SettingError
 from ksmea.records.identifiability import IdentifiabilityRecord, Unknown
 from ksmea.show.text import aligned, two_digits
 
+FAR = 1e4  # %, of a CRLB that is said
 LUCKY, IMPOSSIBLE = 0.05, 0.001  # chances below which a value is called so
 VERDICTS = ("possible", "lucky", "impossible")
 AUDITED = ("table3", "table4", "table6", "table8")  # Table 2 is without noise, Table 5 without results
@@ -240,6 +241,6 @@ def _distinct(values: pd.Series) -> str:
 
 
 def _pct(value: float) -> str:
-    if np.isinf(value):
-        return "∞"
-    return two_digits(value) if value < 1e5 else f"{value:.0e}"
+    if not value <= FAR:
+        return "> 10⁴" if np.isfinite(value) else "∞"
+    return two_digits(value)

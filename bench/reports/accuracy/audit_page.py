@@ -31,10 +31,11 @@ SYMBOLS = {PRINTED: "circle", AT_LIMIT: "square", AS_ZERO: "triangle down"}  # h
 
 
 def audit_page(text: str, frame: pd.DataFrame, file: str, picture: str) -> Page:
-    """The table of readings, and for each table of the paper its printed errors against the CRLBs."""
+    """For each table of the paper its printed errors against the CRLBs, and the table of readings."""
     sections = [Section("Table", (Prose(text), Folded("All values", (Table(frame, file=file),))))]
     if frame["crlb_pct"].notna().any():
-        sections.append(Section("Printed errors against the CRLB", (Drawn(partial(audit_chart, frame), picture),)))
+        charts = (Drawn(partial(audit_chart, frame), picture),)
+        sections.insert(0, Section("Printed errors against the CRLB", charts))
     counts = frame["verdict"].value_counts()
     verdicts = ", ".join(f"{count} {name}" for name, count in counts.items())
     return Page(f"printed values under all readings: {verdicts}" if verdicts else text, tuple(sections))

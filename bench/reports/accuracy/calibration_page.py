@@ -45,7 +45,7 @@ BASINS = {
 def calibration_page(
     title: str, text: str, frame: pd.DataFrame, names: Sequence[str], errors: Mapping[str, Sequence[Array]], levels: Sequence[float], name: str
 ) -> Page:  # fmt: skip
-    """Page of a calibration: headline, table and charts.
+    """Page of a calibration: headline, charts and table.
 
     `errors` has the errors of each parameter and cell in units of the CRLB, `levels` the confidence level of each
     cell's intervals; `name` is the experiment's name.
@@ -53,20 +53,21 @@ def calibration_page(
     charts = [Drawn(partial(calibration_chart, title, frame, names, errors, levels), f"{name}.png")]
     charts += [Drawn(partial(basins_chart, frame, names))] if frame["right_basin_pct"].notna().any() else []
     sections = (
-        Section("Table", (Prose(text), Folded("All columns", (Table(frame, file=f"{name}.csv"),)))),
         Section("Errors, coverage and basins", tuple(charts)),
+        Section("Table", (Prose(text), Folded("All columns", (Table(frame, file=f"{name}.csv"),)))),
     )
-    return Page(_headline(frame), sections)
-
-
-def _headline(frame: pd.DataFrame) -> str:
-    """How many runs, and the range of the coverage."""
     runs = int(frame["runs"].max())
     of_cell = f"{runs} run{'s' * (runs != 1)} in each cell" + (" at most" if frame["runs"].min() < runs else "")
+    found = _coverage_in_short(frame)
+    return Page(found or of_cell, sections, of_cell if found else "")
+
+
+def _coverage_in_short(frame: pd.DataFrame) -> str:
+    """The range of the coverage over cells and unknowns; '' without intervals."""
     if "covered_pct" not in frame or frame["covered_pct"].isna().all():
-        return of_cell
-    low, high = (f"{end:.1f}" for end in (frame["covered_pct"].min(), frame["covered_pct"].max()))
-    return f"Intervals hold the truth in {low if low == high else f'{low} to {high}'} % of the runs; {of_cell}"
+        return ""
+    low, high = (f"{end:.3g}" for end in (frame["covered_pct"].min(), frame["covered_pct"].max()))
+    return f"Intervals hold the truth in {low if low == high else f'{low} to {high}'} % of the runs"
 
 
 def calibration_chart(

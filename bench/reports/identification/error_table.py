@@ -30,6 +30,8 @@ def error_table(plan: Plan, summary: pd.DataFrame) -> pd.DataFrame:
     best = {(name, source): _best(by_name[name], source) for name in shown if name not in EFFORT for source in sources}
     for at, cell in enumerate(plan.cells):
         for source in sources:
+            if source == PAPER and not any(np.isfinite(by_name[name]["paper"].iloc[at]) for name in shown):
+                continue
             row = {axis: place_text(cell.place.get(axis)) for axis in axes}
             row |= {"": source} if len(sources) > 1 else {}
             for name in shown:

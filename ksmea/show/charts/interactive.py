@@ -20,6 +20,7 @@ SPACE = 2.0  # times as high as others is a panel in space
 INCH = 92  # px of a panel's height
 TOP, BOTTOM, LEFT, RIGHT = 40, 54, 66, 14  # px around all panels
 STACKED, APART, BESIDE = 16, 74, 0.07  # px between panels of a stack and between stacks; part of the width
+PLAIN_FROM, PLAIN_TO = 1e-4, 1e6  # between which numbers of a logarithmic axis have no powers of ten
 BARE = 0.03  # part of the width between panels that have no words of their own between them
 TURNED = 30  # px more below words that stand upright
 CHARACTER = 0.006  # part of the width, of a word beside an axis
@@ -249,7 +250,9 @@ def _axis(scale: Axis, panels: Sequence[Panel], side: str) -> Layout:
         low, high = (
             (scale.low, scale.high) if scale.low and scale.high else ends_of(panels, "x" if side == "x" else "y")
         )
-        made |= {"type": "log", "tickformat": "~g", **_log_ticks(high / low)}
+        plain = PLAIN_FROM <= low and high <= PLAIN_TO
+        of_numbers = {"tickformat": "~g"} if plain else {"exponentformat": "power"}
+        made |= {"type": "log", **of_numbers, **_log_ticks(high / low)}
     elif scale.scale == "linear":
         made |= {"type": "linear", "minexponent": PLAIN_EXPONENT}
     else:
