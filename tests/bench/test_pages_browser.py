@@ -76,8 +76,11 @@ def test_controls_work(driver, many, width):
     span = "const [a, b] = arguments[0]._fullLayout.xaxis.range; return b - a"
     press = "arguments[0].closest('figure').querySelector(`button[data-do=${arguments[1]}]`).click()"
     whole = driver.execute_script(span, canvas)
+    back = driver.find_element("css selector", "figure:has(select[data-key=channel]) button[data-do=reset]")
+    assert not back.is_displayed()
     driver.execute_script("Plotly.relayout(arguments[0], {'xaxis.range': [2000, 3000]})", canvas)
     assert driver.execute_script(span, canvas) == pytest.approx(1000)
+    assert back.is_displayed()
     driver.execute_script(press, canvas, "reset")
     assert driver.execute_script(span, canvas) == pytest.approx(whole, rel=1e-6)
     move = "const s = document.querySelector('[data-orbit]'); s.value = 3; s.dispatchEvent(new Event('input')); return document.querySelector('output').textContent"

@@ -103,7 +103,7 @@ class Blocks:
 
     def _plot(self, plot: Plot) -> str:
         controls = "".join(_select(control) for control in plot.controls)
-        buttons = '<button type="button" data-do="reset">Reset</button>'
+        buttons = '<button type="button" data-do="reset" hidden>Reset</button>'
         figure = with_shared(plain(inert(plot.figure)))
         return self._figure(plot.title, plot.alternative, figure, f"{controls}{buttons}", plot.height, plot.still)
 

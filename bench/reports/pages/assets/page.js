@@ -72,9 +72,11 @@
         const traces = seen(figure, spec.data);
         Plotly.restyle(canvas, { visible: traces.map((trace) => trace.visible ?? true) });
         Plotly.relayout(canvas, marks(figure, spec.layout));
-        reset(canvas);
+        reset(canvas).then(() => { back.hidden = true; });
       });
-    figure.querySelector("button[data-do=reset]").addEventListener("click", () => reset(canvas));
+    const back = figure.querySelector("button[data-do=reset]"); // there once something is to be reset
+    canvas.on("plotly_relayout", (changed) => { back.hidden &&= !Object.keys(changed).some((name) => /axis\d*\.range/.test(name)); });
+    back.addEventListener("click", () => reset(canvas).then(() => { back.hidden = true; }));
     makeSavable(figure, canvas);
   }
 
@@ -86,7 +88,7 @@
       const format = button.dataset.do;
       button.addEventListener("click", () => {
         if (format === "csv") return saveText(`${filename}.csv`, numbers(canvas));
-        const lines = wrapped(figure.querySelector("h3").textContent, canvas.clientWidth / 7.5);
+        const lines = wrapped((figure.querySelector("h3") ?? document.querySelector("h1")).textContent, canvas.clientWidth / 7.5);
         Plotly.downloadImage(onWhite(canvas, lines), { format, scale: format === "png" ? 2 : 1, filename,
           width: canvas.clientWidth, height: canvas.clientHeight + TITLE_LINE * lines.length });
       });
@@ -185,7 +187,7 @@
       if (given[name]?.range) ranges[name + ".range"] = given[name].range;
       else ranges[name + ".autorange"] = given[name]?.autorange ?? true;
     }
-    Plotly.relayout(canvas, ranges);
+    return Plotly.relayout(canvas, ranges);
   }
 
   /** A text in which plotly finds no markup. */
