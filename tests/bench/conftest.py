@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, settings
 
 from bench import main
 from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs
+from loaded_bench import LoadedBench
 
 # Damaged files (tests/helpers/damaged_files.py): the same ones at each call, or many others with --hypothesis-profile=long.
 EVER = {"database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
@@ -111,6 +112,19 @@ def shell():
         return Ended(done.returncode, done.stdout, done.stderr, Path(cwd, output))
 
     return call
+
+
+@pytest.fixture(scope="session")
+def apart(tmp_path_factory):
+    """`shell` without the seconds for imports and figures: its process is a fork of one that has imported the bench."""
+    server, streams = LoadedBench(clean_environment()), tmp_path_factory.mktemp("streams")
+
+    def call(*words, cwd, output="results/table3", timeout=300, draws=False, **environment):
+        done = server.call(words, cwd, clean_environment(**environment), streams, timeout, draws)
+        return Ended(*done, Path(cwd, output))
+
+    yield call
+    server.end()
 
 
 @pytest.fixture(scope="session")

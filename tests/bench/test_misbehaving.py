@@ -26,14 +26,14 @@ DONE = {
 }
 
 
-def run(shell, folder, kind, plugins):
+def run(apart, folder, kind, plugins):
     """The healthy plugin of a kind and these files beside it in one command; all that it found by the plugin's name."""
     healthy, words = COMMANDS[kind]
     for name, text in plugins.items():
         (folder / f"{name}.py").write_text(text)
     files = [f"plugins=[{','.join(f'{name}.py' for name in plugins)}]"] if plugins else []
     chosen = f"{kind}={','.join([healthy, *plugins])}"
-    ended = shell(*files, chosen, *words, *FAST, cwd=folder, output="results/run", KSMEA_IMPORT_SECONDS="6")
+    ended = apart(*files, chosen, *words, *FAST, cwd=folder, output="results/run", KSMEA_IMPORT_SECONDS="6")
     assert "Traceback" not in ended.err, ended.err
     return ended, found(ended, kind)
 
@@ -50,13 +50,13 @@ def found(ended, kind):
 
 
 @pytest.fixture(scope="module")
-def alone(shell, tmp_path_factory):
+def alone(apart, tmp_path_factory):
     """The numbers of the healthy plugin of each kind without any other."""
     kept = {}
 
     def numbers(kind):
         if kind not in kept:
-            kept[kind] = run(shell, tmp_path_factory.mktemp(kind), kind, {})[1]
+            kept[kind] = run(apart, tmp_path_factory.mktemp(kind), kind, {})[1]
         return kept[kind]
 
     return numbers
@@ -71,12 +71,12 @@ def assert_unharmed(kind, together, alone):
 
 
 @pytest.mark.parametrize("kind", COMMANDS)
-def test_whatever_it_does_while_it_runs(kind, shell, alone, tmp_path):
+def test_whatever_it_does_while_it_runs(kind, apart, alone, tmp_path):
     doing = {name: WHILE_IT_RUNS[name] for name in DONE[kind]}
     plugins = {
         f"bad{number}": source(kind, doing=each, name=f"Bad{number}") for number, (each, _) in enumerate(doing.values())
     }
-    _, together = run(shell, tmp_path, kind, plugins)
+    _, together = run(apart, tmp_path, kind, plugins)
     assert_unharmed(kind, together, alone)
     for number, (name, (_, has_results)) in enumerate(doing.items()):
         lines = [line for (plugin, _), line in together.items() if plugin == f"bad{number}"]
@@ -97,9 +97,9 @@ def processes():
 
 
 @pytest.mark.parametrize("kind", ["optimizer", "measurement"])
-def test_whatever_it_does_while_it_is_imported(kind, shell, alone, tmp_path):
+def test_whatever_it_does_while_it_is_imported(kind, apart, alone, tmp_path):
     texts = {f"bad{n}": source(kind, at_import=each, name=f"Bad{n}") for n, (each, _) in enumerate(AT_IMPORT.values())}
-    ended, together = run(shell, tmp_path, kind, texts)
+    ended, together = run(apart, tmp_path, kind, texts)
     assert_unharmed(kind, together, alone)
     left_out = [line for line in ended.out.splitlines() if line.startswith("note: left out: ")]
     for number, (name, (_, reason)) in enumerate(AT_IMPORT.items()):
@@ -109,12 +109,12 @@ def test_whatever_it_does_while_it_is_imported(kind, shell, alone, tmp_path):
     assert ended.code == 1
 
 
-def test_whatever_its_settings_are(shell, alone, tmp_path):
+def test_whatever_its_settings_are(apart, alone, tmp_path):
     texts = {
         f"bad{n}": source("optimizer", settings=each, name=f"Bad{n}")
         for n, (each, _) in enumerate(IN_SETTINGS.values())
     }
-    ended, together = run(shell, tmp_path, "optimizer", texts)
+    ended, together = run(apart, tmp_path, "optimizer", texts)
     assert_unharmed("optimizer", together, alone)
     for number, (name, (_, reason)) in enumerate(IN_SETTINGS.items()):
         lines = [
@@ -126,34 +126,34 @@ def test_whatever_its_settings_are(shell, alone, tmp_path):
     assert ended.code == 1
 
 
-def test_processes_that_settings_start_end_with_the_plan(shell, tmp_path):
+def test_processes_that_settings_start_end_with_the_plan(apart, tmp_path):
     """Planned and not run: in the fork that tries the plan first, and in the plan itself."""
     started = "def check(self): subprocess.Popen(['sleep', '299'])"
     (tmp_path / "bad.py").write_text("import subprocess\n" + source("optimizer", settings=started))
-    ended = shell("plugins=[bad.py]", "optimizer=bad", "method=direct", "repetitions=0", cwd=tmp_path, output="planned")
+    ended = apart("plugins=[bad.py]", "optimizer=bad", "method=direct", "repetitions=0", cwd=tmp_path, output="planned")
     assert "Traceback" not in ended.err, ended.err
     assert not [each for each in processes() if "sleep 299" in each]
 
 
-def test_one_that_is_chosen_alone_is_refused_in_one_line(shell, tmp_path):
+def test_one_that_is_chosen_alone_is_refused_in_one_line(apart, tmp_path):
     for number, (text, reason) in enumerate((*AT_IMPORT.values(), *IN_SETTINGS.values())):
         if not reason or "hangs" in text or "sleep" in text:
             continue
         at_import, settings = (text, "pass") if number < len(AT_IMPORT) else ("", text)
         (tmp_path / "bad.py").write_text(source("optimizer", at_import=at_import, settings=settings))
-        ended = shell("plugins=[bad.py]", "optimizer=bad", "method=direct", "repetitions=1", cwd=tmp_path)
+        ended = apart("plugins=[bad.py]", "optimizer=bad", "method=direct", "repetitions=1", cwd=tmp_path)
         assert ended.code == 2 and ended.err.count("\n") == 1 and reason in ended.err, ended.err
 
 
-def test_an_effect_that_misbehaves_harms_no_cell_without_it(shell, tmp_path):
+def test_an_effect_that_misbehaves_harms_no_cell_without_it(apart, tmp_path):
     words = ["method=direct", "optimizer=random_search", "measurement.kind=complex", "measurement.relative=0.05", *FAST]
     doing = [each for each, _ in WHILE_IT_RUNS.values()][:5]
     for number, each in enumerate(doing):
         (tmp_path / f"bad{number}.py").write_text(source("effect", doing=each, name=f"Bad{number}"))
     files = f"plugins=[{','.join(f'bad{number}.py' for number in range(5))}]"
     lines = ",".join(f"{{label: bad{number}, measurement.hidden: [[bad{number}]]}}" for number in range(5))
-    plain = shell(*words, "grid=[{label: fine}]", "output=plain", cwd=tmp_path, output="plain")
-    both = shell(*words, files, f"grid=[{{label: fine}},{lines}]", "output=both", cwd=tmp_path, output="both")
+    plain = apart(*words, "grid=[{label: fine}]", "output=plain", cwd=tmp_path, output="plain")
+    both = apart(*words, files, f"grid=[{{label: fine}},{lines}]", "output=both", cwd=tmp_path, output="both")
     assert "Traceback" not in both.err, both.err
     expected = {line["key"]: line["parameters"] for line in plain.events()}
     lines = {line["key"]: line for line in both.events()}

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 
@@ -69,9 +70,9 @@ def site(request, tmp_path):
 
 
 @pytest.fixture
-def call(shell, site, tmp_path):
+def call(apart, site, tmp_path):
     def run(*words):
-        return shell(*words, cwd=tmp_path, output="results/run", PYTHONPATH=str(site))
+        return apart(*words, cwd=tmp_path, output="results/run", PYTHONPATH=str(site))
 
     return run
 
@@ -139,7 +140,7 @@ def two(request, tmp_path):
         ("two_searches/changes.csv", "1\n", ["one", "other"]),
     ],
 )
-def test_an_edit_makes_results_of_the_plugins_that_use_it_stale(two, file, text, stale):
+def test_an_edit_makes_results_of_the_plugins_that_use_it_stale(two, digests_in, file, text, stale):
     if file.endswith(".csv"):
         (two / file).write_text("0\n")
         if (record := next(two.glob("*.dist-info/RECORD"), None)) is not None:
@@ -163,22 +164,44 @@ def test_an_edit_makes_results_of_the_plugins_that_use_it_stale(two, file, text,
         "import importlib\nspec = importlib.util.find_spec('two_searches.other')",
     ],
 )
-def test_all_modules_count_if_one_may_load_others_by_name(two, means):
+def test_all_modules_count_if_one_may_load_others_by_name(two, digests_in, means):
     (two / "two_searches" / "one.py").write_text((two / "two_searches" / "one.py").read_text() + f"\n{means}\n")
     before = digests_in(two)
     (two / "two_searches" / "other.py").write_text((two / "two_searches" / "other.py").read_text() + "\nWIDTH = 2\n")
     assert digests_in(two)["one"] != before["one"]
 
 
-def digests_in(site):
-    """Digest of what runs with each of the two optimisers use, in a process that finds the package."""
-    program = (
-        "from bench.plan.provenance import code_digest, used_modules\n"
-        "for name in ('one', 'other'): print(name, code_digest(used_modules({'optimizer': {'name': name}})))"
-    )
-    environment = {**os.environ, "PYTHONPATH": str(site)}
-    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
-    return dict(line.split() for line in done.stdout.splitlines())
+DIGESTS = """
+import os, sys
+from bench.plan.provenance import code_digest, used_modules
+for line in sys.stdin:
+    child = os.fork()
+    if child == 0:  # it knows no other site, and no earlier state of this one
+        sys.path.insert(1, line.removesuffix("\\n"))
+        for name in ("one", "other"):
+            print(name, code_digest(used_modules({"optimizer": {"name": name}})), flush=True)
+        os._exit(0)
+    print("ended", os.waitpid(child, 0)[1], flush=True)
+"""
+
+
+@pytest.fixture(scope="module")
+def digests_in():
+    """Digest of what runs with each of the two optimisers use, in a process that finds the package in a folder."""
+    words, pipes = [sys.executable, "-c", DIGESTS], {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(words, text=True, **pipes) as process:
+
+        def read(site):
+            print(site, file=process.stdin, flush=True)
+            found = {}
+            while "ended" not in found:
+                name, value = process.stdout.readline().split()
+                found[name] = value
+            assert found.pop("ended") == "0" and len(found) == 2
+            return found
+
+        yield read
+        process.stdin.close()
 
 
 def test_plugins_of_the_project_bring_nothing_along():
@@ -195,6 +218,14 @@ RECEIVED = {  # what a plan of a received folder may name; each package says so 
 }
 
 
+@pytest.fixture(scope="module")
+def done(apart, cheapest, tmp_path_factory):
+    """A run with plugins of this project, in a folder to be copied."""
+    ended = apart(*cheapest, "repetitions=1", "workers=1", cwd=tmp_path_factory.mktemp("done"), output="results/run")
+    assert ended.code == 0, ended.err
+    return ended
+
+
 @pytest.mark.parametrize(
     "named",
     [
@@ -207,23 +238,22 @@ RECEIVED = {  # what a plan of a received folder may name; each package says so 
         {"study": {"name": "loud.study"}},
     ],
 )
-def test_nothing_that_a_received_folder_names_is_imported(named, shell, cheapest, tmp_path):
+def test_nothing_that_a_received_folder_names_is_imported(named, apart, done, tmp_path):
     """Registered plugins are read as files, also by `status` and `explain`; what is not registered is not looked for."""
     site = tmp_path / "site"
     site.mkdir()
     entry = "[ksmea.optimizers]\nloud_one = loud.inner.search:One\n[ksmea.studies]\nloud_study = loud.study:Study\n"
     installed(site, "loud", "1.0", RECEIVED, "", entry)
-    ended = shell(*cheapest, "repetitions=1", "workers=1", cwd=tmp_path, output="results/run")
-    assert ended.code == 0, ended.err
-    lines = [json.loads(line) for line in (ended.output / "plan.jsonl").read_text().splitlines()]
+    received = shutil.copytree(done.output, tmp_path / "results" / "run")
+    lines = [json.loads(line) for line in (received / "plan.jsonl").read_text().splitlines()]
     [cell] = [line for line in lines if line["line"] == "cell"]
     cell["settings"] |= named
     for line in lines:
         if line["line"] == "run":  # as whoever makes such a folder would
             line["question"] = question_of(cell["settings"], cell["seed"], line["repetition"])
-    (ended.output / "plan.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
-    key = ended.runs()["key"][0]
+    (received / "plan.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    key = done.runs()["key"][0]
     for words in (["status", "run"], ["explain", key, "run"], ["merge", "run", "run", "--out", "merged"]):
-        looked = shell(*words, cwd=tmp_path, PYTHONPATH=os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")]))
+        looked = apart(*words, cwd=tmp_path, PYTHONPATH=os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")]))
         assert looked.code in (0, 1, 2) and "Traceback" not in looked.err, looked.err
     assert not [*site.rglob("imported")]
