@@ -14,9 +14,10 @@ from ksmea.show.charts.colours import INK
 
 
 @pytest.fixture(scope="module")
-def audited(shell, tmp_path_factory):
+def audited(apart, tmp_path_factory):
     """The audit as its users run it."""
-    return shell("+experiment=audit", "workers=1", cwd=tmp_path_factory.mktemp("audit"), output="results/audit")
+    words = ["+experiment=audit", "workers=1"]
+    return apart(*words, draws=True, cwd=tmp_path_factory.mktemp("audit"), output="results/audit")
 
 
 @pytest.fixture(scope="module")

@@ -23,9 +23,9 @@ HOW = ("by the rotor model", "by Ω²", "rotor model, gains", "influence")
 
 
 @pytest.fixture(scope="module")
-def balanced(shell, tmp_path_factory):
+def balanced(apart, tmp_path_factory):
     words = [*BALANCE, f"measurement.path={EXAMPLES / 'balancing.yaml'}"]
-    return shell(*words, cwd=tmp_path_factory.mktemp("balanced"), output="results/balance_balancing")
+    return apart(*words, draws=True, cwd=tmp_path_factory.mktemp("balanced"), output="results/balance_balancing")
 
 
 def test_it_says_the_corrections_and_writes_what_it_found(balanced):
@@ -69,8 +69,8 @@ def test_the_door_for_python_gives_the_same(balanced):
         ),
     ],
 )
-def test_what_cannot_be_balanced_is_refused_in_one_line(shell, tmp_path, words, what):
-    ended = shell(*words, cwd=tmp_path)
+def test_what_cannot_be_balanced_is_refused_in_one_line(apart, tmp_path, words, what):
+    ended = apart(*words, cwd=tmp_path)
     assert ended.code == 2 and what in ended.err and len(ended.err.strip().splitlines()) == 1
 
 

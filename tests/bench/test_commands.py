@@ -95,9 +95,9 @@ def test_status_and_explain_write_and_run_nothing(eight, enter, folder):
 
 
 @pytest.fixture(scope="module")
-def done(shell, cheapest, tmp_path_factory):
+def done(apart, cheapest, tmp_path_factory):
     """Two runs done by the bench itself."""
-    ended = shell(*cheapest, "repetitions=2", cwd=tmp_path_factory.mktemp("done"), output="results/run")
+    ended = apart(*cheapest, "repetitions=2", cwd=tmp_path_factory.mktemp("done"), output="results/run")
     assert ended.code == 0, ended.err
     return ended
 

@@ -82,7 +82,7 @@ def test_bars_of_verdicts_stand_on_each_other():
 
 
 @pytest.fixture(scope="module")
-def ended(shell, tmp_path_factory):
+def ended(apart, tmp_path_factory):
     hiding = "{label: '<b>data', measurement.hidden: [[runout], [channel_gain]], measurement.expected_drop: [20, 1000]}"
     words = [
         "+experiment=diagnosis_power",
@@ -98,7 +98,7 @@ def ended(shell, tmp_path_factory):
     ]
     seen = ["problem.sensors=[0.1,0.5]", "problem.n_speed=27", "problem.speed_to=1500"]  # one kind of data
     few = ["study.screening=256", "study.starts=4", "study.scan_values=4", "study.scan=32", "workers=1", *one, *seen]
-    return shell(*words, *few, cwd=tmp_path_factory.mktemp("power"), output="results/diagnosis_power")
+    return apart(*words, *few, draws=True, cwd=tmp_path_factory.mktemp("power"), output="results/diagnosis_power")
 
 
 def test_its_files_hold_every_draw_and_the_page_shows_names_as_text(ended):

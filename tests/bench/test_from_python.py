@@ -25,9 +25,9 @@ def small(tmp_path_factory):
     return bench.run("table3", output=tmp_path_factory.mktemp("small"), **SMALL)
 
 
-def test_it_is_the_command_lines_experiment(small, shell, tmp_path):
+def test_it_is_the_command_lines_experiment(small, apart, tmp_path):
     words = [word for key, value in SMALL.items() for word in _words(key, value)]
-    by_command = shell("+experiment=table3", *words, cwd=tmp_path)
+    by_command = apart("+experiment=table3", *words, cwd=tmp_path)
     timeless = ["parameter", "samples", "median", "q1", "q3", "low", "high"]
     ours, theirs = (frame[frame["parameter"] != "time"] for frame in (small.to_frame(), by_command.table()))
     pd.testing.assert_frame_equal(ours[timeless], theirs[timeless])

@@ -170,9 +170,9 @@ HARMLESS = ["good", "returns NaN"]  # the objective knows the best point, whatev
 
 
 @pytest.fixture
-def with_mine(shell, packages, tmp_path):
+def with_mine(apart, packages, tmp_path):
     """Run with a plugin in a process of its own."""
-    return lambda *words, **options: shell(*words, cwd=tmp_path, PYTHONPATH=packages, output="results/run", **options)
+    return lambda *words, **options: apart(*words, cwd=tmp_path, PYTHONPATH=packages, output="results/run", **options)
 
 
 def test_whatever_it_does_costs_its_own_runs_only(with_mine):
