@@ -24,8 +24,10 @@ FEW = ["study.positions=[0.2,0.6,1.0]", "study.kinds=[force]"]
 
 
 @pytest.fixture(scope="module")
-def located(shell, tmp_path_factory):
-    return shell("+experiment=locate", *DATA, *FEW, cwd=tmp_path_factory.mktemp("located"), output="results/locate")
+def located(apart, tmp_path_factory):
+    return apart(
+        "+experiment=locate", *DATA, *FEW, draws=True, cwd=tmp_path_factory.mktemp("located"), output="results/locate"
+    )
 
 
 def test_it_says_where_something_acts_and_writes_what_it_found(located):

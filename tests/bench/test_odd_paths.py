@@ -30,8 +30,8 @@ def folder(tmp_path):
     return tmp_path / ODD
 
 
-def test_a_run_in_such_a_folder_with_such_names(folder, shell):
-    """One run in a process of its own: working directory, output, plugin and measurement."""
+def test_a_run_in_such_a_folder_with_such_names(folder, shell, apart):
+    """One run in a process that Python starts: working directory, output, plugin and measurement."""
     rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5])
     data = ksmea.synthetic_measurement(rotor, relative=0.05, rng=1).measurement
     (folder / "Läufe").mkdir()
@@ -53,7 +53,7 @@ def test_a_run_in_such_a_folder_with_such_names(folder, shell):
     )
     assert (done.code, done.err) == (0, ""), done.err
     assert done.table("Größe")["runs"].eq(1).all() and np.isfinite(done.table("Größe")["median"][:5]).all()
-    again = shell("status", "Ergebnis, µ=2", cwd=folder)
+    again = apart("status", "Ergebnis, µ=2", cwd=folder)
     assert again.code == 0 and "done      1" in again.out
 
 
