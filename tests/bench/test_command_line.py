@@ -14,6 +14,7 @@ HEADER = (
 
 
 CLOCK = ("time", "interval_seconds")
+WITHOUT = "study.intervals=none"  # most of the time of a run of few evaluations
 
 
 def without_times(ended):
@@ -84,9 +85,9 @@ def test_every_run_has_one_record_with_a_start_before_it(table3):
         assert [event["event"] for event in events if event.get("key") == key] == ["started", "result"]
 
 
-def test_another_call_computes_nothing_and_says_the_same(table3, quick, shell):
+def test_another_call_computes_nothing_and_says_the_same(table3, quick, apart):
     before = {path: path.read_bytes() for path in table3.output.glob("records/*.jsonl")}
-    again = shell(*quick, "repetitions=4", "workers=2", cwd=table3.output.parent.parent)
+    again = apart(*quick, "repetitions=4", "workers=2", draws=True, cwd=table3.output.parent.parent)
     assert (again.code, again.out) == (0, table3.out)
     assert {path: path.read_bytes() for path in table3.output.glob("records/*.jsonl")} == before
 
@@ -119,7 +120,13 @@ def test_another_seed_gives_other_numbers(enter, cheapest):
 
 def test_single_values_reach_the_runs(enter):
     words = ["repetitions=3", "seed=5", "workers=1", "output=mine", "samples=30", "optimizer=pso", "surrogate=rsm"]
-    words += ["problem.mesh=21", "measurement.relative=0.05", "optimizer.generations=1", "method.max_updates=1"]
+    words += [
+        "problem.mesh=21",
+        "measurement.relative=0.05",
+        "optimizer.generations=1",
+        "method.max_updates=1",
+        WITHOUT,
+    ]
     ended = enter("+experiment=table3", *words, output="mine")
     assert ended.code == 0
     [cell] = ended.cells()
@@ -144,7 +151,7 @@ SWEEPS = {
 
 @pytest.mark.parametrize("key", SWEEPS)
 def test_a_list_is_a_sweep_with_a_column_of_its_own(key, enter):
-    words = ["method.max_updates=1", "surrogate=none", "optimizer.population=5", "optimizer.generations=1"]
+    words = ["method.max_updates=1", "surrogate=none", "optimizer.population=5", "optimizer.generations=1", WITHOUT]
     if key == "method":
         words.pop(0)  # which direct does not have
     words = [word for word in words if not word.startswith(f"{key}=")]
@@ -255,10 +262,10 @@ def test_a_module_in_the_working_directory_that_hides_the_project_is_named(shell
 
 
 @pytest.mark.parametrize("words", [["hydra.searchpath=[mine]"], ["--config-dir", "mine"]])
-def test_experiments_of_ones_own_are_found_in_folders_of_ones_own(shell, cheapest, tmp_path, words):
+def test_experiments_of_ones_own_are_found_in_folders_of_ones_own(enter, cheapest, tmp_path, words):
     (tmp_path / "mine" / "experiment").mkdir(parents=True)
     (tmp_path / "mine" / "experiment" / "own.yaml").write_text("# @package _global_\nname: own\nrepetitions: 1\n")
-    ended = shell("+experiment=own", *words, *cheapest, cwd=tmp_path, output="results/own")
+    ended = enter("+experiment=own", *words, *cheapest, output="results/own")
     assert ended.code == 0 and "the run of own has a result" in ended.out, ended.err
 
 
@@ -301,10 +308,10 @@ def test_help_lists_experiments_of_ones_own_and_a_folder_that_is_not_there_is_na
         )
 
 
-def test_the_launcher_of_joblib_gives_the_same_table(shell, cheapest, tmp_path):
+def test_the_launcher_of_joblib_gives_the_same_table(shell, apart, cheapest, tmp_path):
     pytest.importorskip("hydra_plugins.hydra_joblib_launcher", reason="hydra-joblib-launcher is not installed")
     words = ["+experiment=table3", *cheapest, "samples=25,30", "repetitions=2"]
-    basic = shell(*words, cwd=tmp_path)
+    basic = apart(*words, cwd=tmp_path)
     joblib = shell(*words, "hydra/launcher=joblib", "batches=2", "output=results/joblib", cwd=tmp_path)
     assert joblib.code == 0, joblib.err
     pd.testing.assert_frame_equal(*(table[table["parameter"] != "time"] for table in (basic.table(), joblib.table())))

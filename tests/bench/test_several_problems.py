@@ -64,9 +64,9 @@ class Homeless(Report):
 
 
 @pytest.fixture(scope="module")
-def two(shell, cheapest, tmp_path_factory):
+def two(apart, cheapest, tmp_path_factory):
     """Two problems that share some unknowns, drawn with all figures."""
-    return shell(*cheapest, *TWO, cwd=tmp_path_factory.mktemp("two"), output="results/run")
+    return apart(*cheapest, *TWO, draws=True, cwd=tmp_path_factory.mktemp("two"), output="results/run")
 
 
 def test_problems_with_other_unknowns_share_an_experiment(two):
@@ -133,9 +133,9 @@ def others_here(enter, others, monkeypatch):
         yield enter
 
 
-def test_a_report_of_another_package_is_made(shell, cheapest, others, tmp_path):
+def test_a_report_of_another_package_is_made(apart, cheapest, others, tmp_path):
     words = [*cheapest, "table=worst", "repetitions=2", "workers=1", "problem=three_disk,rk4_two_disk"]
-    ended = shell(*words, cwd=tmp_path, output="results/run", PYTHONPATH=others)
+    ended = apart(*words, draws=True, cwd=tmp_path, output="results/run", PYTHONPATH=others)
     assert ended.code == 0 and re.match(r"worst of 4: \S+\n", ended.out)
     assert ended.err == "failed.png: cannot be drawn (RuntimeError: no ink); the tables are written\n"
     assert (ended.output / "worst.txt").read_text() == ended.out.splitlines()[0]
