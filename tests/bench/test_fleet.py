@@ -96,18 +96,19 @@ def test_what_fits_no_file_is_a_wrong_setting_and_refuses(enter, fleet):
 
 
 def test_only_new_and_changed_files_are_computed(enter, fleet):
-    assert started(identify(enter, EVERY)) == 2
-    assert started(identify(enter, EVERY)) == 2
+    words = [EVERY, "study.intervals=none"]
+    assert started(identify(enter, *words)) == 2
+    assert started(identify(enter, *words)) == 2
     (fleet / "turbine.csv").write_text(run_up(3))
-    assert started(identify(enter, EVERY)) == 3
+    assert started(identify(enter, *words)) == 3
     (fleet / "fan.csv").write_text(run_up(4))
-    ended = identify(enter, EVERY)
+    ended = identify(enter, *words)
     assert started(ended) == 4 and len(ended.table("identify")) == 3
 
 
 def test_one_machine_alone_is_taken_over_from_the_fleet(enter, fleet):
-    identify(enter, EVERY)
-    words = ["measurement.path=fleet/fan.csv", "share=[results/identify_fleet]"]
+    identify(enter, EVERY, "study.intervals=none")
+    words = ["measurement.path=fleet/fan.csv", "share=[results/identify_fleet]", "study.intervals=none"]
     alone = enter(*IDENTIFY, *words, output="results/identify_fan")
     assert alone.code == 0 and not alone.events("started")
     assert alone.out.startswith("three_disk, fan.csv: 30 speeds")
@@ -116,7 +117,7 @@ def test_one_machine_alone_is_taken_over_from_the_fleet(enter, fleet):
 def test_each_machine_may_have_a_rotor_of_its_own(enter, fleet):
     for name in ("fan", "pump"):
         shutil.copy(ROOT / "docs/examples/rotor.yaml", fleet / f"{name}.yaml")
-    words = ["problem=rotor", "problem.file=fleet/*.yaml"]
+    words = ["problem=rotor", "problem.file=fleet/*.yaml", "study.intervals=none"]
     ended = enter(*IDENTIFY[:-1], EVERY, *words, output="results/identify_fleet")
     assert ended.code != 2, ended.err
     files = [(cell["settings"]["measurement"]["path"], cell["settings"]["problem"]["file"]) for cell in ended.cells()]
@@ -128,8 +129,8 @@ def test_each_machine_may_have_a_rotor_of_its_own(enter, fleet):
 
 def test_a_diagnosis_names_the_cause_machine_by_machine(enter, fleet):
     (fleet / "pump.csv").write_text(run_up(2, ["runout"]))
-    words = ["+experiment=diagnose", "measurement=file", EVERY, SENSORS, "study.effects=[runout]", "workers=1"]
-    ended = enter(*words, output="results/diagnose_fleet")
+    words = ["+experiment=diagnose", "measurement=file", EVERY, SENSORS, "workers=1"]
+    ended = enter(*words, "study.effects=[runout]", "study.locate=false", output="results/diagnose_fleet")
     assert ended.code == 0, ended.err
     table = ended.table("diagnose").set_index("file")
     assert list(table["verdict"]) == ["adequate", "named"]
@@ -143,6 +144,7 @@ def test_a_diagnosis_names_the_cause_machine_by_machine(enter, fleet):
 def test_a_fleet_from_python(fleet, monkeypatch):
     monkeypatch.chdir(fleet.parent)
     settings = {"problem": {"sensors": [0.1, 0.5]}, "optimizer": {"screening": 200, "starts": 2}, "workers": 1}
+    settings["study"] = {"intervals": "none"}
     found = bench.run("identify", measurement={"path": "fleet/*.csv"}, **settings)
     assert list(found.to_frame()["file"]) == ["fleet/fan.csv", "fleet/pump.csv"]
     with pytest.raises(SettingError, match=r"the files in fleet are: fan\.csv, pump\.csv"):

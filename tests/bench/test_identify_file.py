@@ -34,6 +34,7 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "docs/examples/run_up.csv"
 RK4_RUN_UP = Path(os.environ.get("KSMEA_DATA", ROOT.parent / "shared/data")) / "rk4/runup_bode_first_critical.csv"
 IDENTIFY = ["+experiment=identify", "workers=1"]
+CHEAP = ["optimizer.screening=100", "optimizer.starts=1", "study.intervals=none"]
 TRUTH = ThreeDisk().reference()
 UNITS = {"kxx": 1e6, "kyy": 1e6, "cxx": 1e3, "cyy": 1e3, "u": 1e-6}
 
@@ -92,11 +93,11 @@ def test_the_example_is_what_its_remarks_say(tmp_path, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def example(shell, tmp_path_factory):
+def example(apart, tmp_path_factory):
     """The identification of the example, as the documentation gives the command."""
     cwd = tmp_path_factory.mktemp("example")
     words = ["problem=three_disk", "measurement=file", f"measurement.path={EXAMPLE}"]
-    return shell("+experiment=identify", *words, cwd=cwd, output="results/identify_run_up")
+    return apart("+experiment=identify", *words, draws=True, cwd=cwd, output="results/identify_run_up")
 
 
 def test_the_truth_lies_in_the_intervals(example):
@@ -215,7 +216,7 @@ def test_phases_given_as_lag_are_noticed(identified):
 
 def test_a_changed_file_is_another_question(enter, tmp_path):
     measurement, _ = run_up(n_speed=20)
-    cheap = [*IDENTIFY, "measurement.path=run.csv", "optimizer.screening=100", "optimizer.starts=1"]
+    cheap = [*IDENTIFY, "measurement.path=run.csv", *CHEAP]
     (tmp_path / "run.csv").write_text(as_csv(measurement))
     first = set(enter(*cheap, output="results/identify_run").runs()["key"])
     assert len(enter(*cheap, output="results/identify_run").events()) == 1  # nothing is done again
@@ -228,7 +229,7 @@ def test_a_changed_file_is_another_question(enter, tmp_path):
 def test_a_pipe_that_closes_early_is_no_error(tmp_path):
     measurement, _ = run_up(n_speed=20)
     (tmp_path / "run.csv").write_text(as_csv(measurement))
-    settings = "measurement.path=run.csv optimizer.screening=100 optimizer.starts=1"
+    settings = " ".join(["measurement.path=run.csv", *CHEAP])
     words = f"{shlex.quote(sys.executable)} -m bench +experiment=identify {settings}"
     done = subprocess.run(
         f"{words} | head -1", shell=True, check=False, cwd=tmp_path, capture_output=True, text=True, timeout=100
@@ -239,7 +240,7 @@ def test_a_pipe_that_closes_early_is_no_error(tmp_path):
 def test_several_runs_have_a_block_each(enter, tmp_path):
     measurement, _ = run_up(n_speed=20)
     (tmp_path / "run.csv").write_text(as_csv(measurement))
-    words = ["optimizer.screening=100", "optimizer.starts=1", "problem.mesh=13,21", "repetitions=3"]
+    words = [*CHEAP, "problem.mesh=13,21", "repetitions=3"]
     ended = enter(*IDENTIFY, "measurement.path=run.csv", *words, output="results/identify_run")
     assert ended.code == 0, ended.err
     assert "three_disk, run.csv, problem.mesh 13, repetition 0: 20 speeds" in ended.out
