@@ -22,6 +22,7 @@ from measurements.run_up_csv import as_csv
 ROOT = Path(__file__).parents[2]
 RK4_RUN_UP = Path(os.environ.get("KSMEA_DATA", ROOT.parent / "shared/data")) / "rk4/runup_bode_first_critical.csv"
 FEW = "study.effects=[runout,mass,channel_gain]"  # a few effects take a second, all of them ten
+NOT_LOCATED = "study.locate=false"  # which takes five seconds more; tests/bench/test_locate.py is about it
 DATA = [
     "measurement.kind=complex",
     "measurement.relative=0.05",
@@ -35,10 +36,10 @@ HIDDEN = "measurement.hidden=[runout]"
 
 
 @pytest.fixture(scope="module")
-def hidden(shell, tmp_path_factory):
+def hidden(apart, tmp_path_factory):
     """A diagnosis of data that hide a runout."""
-    words = ["+experiment=diagnose", *DATA, HIDDEN, FEW, "seed=3"]
-    return shell(*words, cwd=tmp_path_factory.mktemp("hidden"), output="results/diagnose")
+    words = ["+experiment=diagnose", *DATA, HIDDEN, FEW, NOT_LOCATED, "seed=3"]
+    return apart(*words, draws=True, cwd=tmp_path_factory.mktemp("hidden"), output="results/diagnose")
 
 
 def diagnosis(ended):
@@ -129,7 +130,7 @@ def test_figures_are_drawn(hidden):
 def test_an_adequate_model_leaves_no_extended_file_behind(hidden, enter, tmp_path):
     once = shutil.copytree(hidden.output, tmp_path / "results/diagnose")
     assert (once / "extended.yaml").is_file()
-    again = enter("+experiment=diagnose", *DATA, FEW, "seed=3", output="results/diagnose")
+    again = enter("+experiment=diagnose", *DATA, FEW, NOT_LOCATED, "seed=3", output="results/diagnose")
     assert "Verdict: adequate" in again.out and "What would have been found in nine of ten cases" in again.out
     assert not (again.output / "extended.yaml").exists() and diagnosis(again)["named"] == []
     said, _, earlier = again.out.partition("note: 1 earlier result")  # whose command is told: it hid something
