@@ -20,6 +20,7 @@ FINE = ThreeDisk(mesh=26).build()
 SPEEDS = [np.linspace(200, 1500, 20), np.linspace(300, 1400, 12)]
 LAYOUT = layout_of(FINE, SPEEDS, [("bare", ()), ("trial", (TRIAL,))])
 DATA = measured(FINE, LAYOUT)
+FEW_STARTS = ["optimizer.screening=500", "optimizer.starts=3"]
 TWO_RUNS = """\
 runs:
   - {name: bare, file: bare.csv}
@@ -173,7 +174,7 @@ def test_what_does_not_fit_the_machine_is_refused_with_code_2(folder, enter, cha
 
 def test_identify_from_the_command_line(folder, enter):
     words = ["+experiment=identify", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]
-    ended = enter(*words, "study.level=0.999", output="results/identify_campaign")
+    ended = enter(*words, *FEW_STARTS, "study.level=0.999", output="results/identify_campaign")
     assert ended.code == 0, ended.err
     assert "2 runs of one machine: bare (20 speeds), trial (12 speeds, 150 g mm at 1 m, 60°)" in ended.out
     table = ended.table("identify").set_index("parameter")
@@ -183,7 +184,7 @@ def test_identify_from_the_command_line(folder, enter):
 
 def test_a_weight_on_no_disk_is_remarked(folder, enter):
     (folder / "beside.yaml").write_text(TWO_RUNS.replace("position: 1.0", "position: 0.33"))
-    cheap = ["workers=1", "optimizer.screening=200", "optimizer.starts=2", "study.intervals=none"]
+    cheap = ["workers=1", *FEW_STARTS, "study.intervals=none"]
     ended = enter("+experiment=identify", *cheap, "measurement=campaign", "measurement.path=beside.yaml")
     assert "run trial: 150 g mm at 0.33 m, 60° sits on no disk (disk 1 at 0.2 m, disk 2 at 0.5 m" in ended.out
 
@@ -191,7 +192,7 @@ def test_a_weight_on_no_disk_is_remarked(folder, enter):
 def test_an_unknown_weight_is_found_from_the_command_line(folder, enter):
     (folder / "campaign.yaml").write_text(TWO_RUNS.replace(", g_mm: 150, angle_deg: 60", ""))
     words = ["+experiment=identify", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]
-    ended = enter(*words, "study.level=0.999", output="results/identify_campaign")
+    ended = enter(*words, *FEW_STARTS, "study.level=0.999", output="results/identify_campaign")
     assert ended.code == 0, ended.err
     assert "weight in run trial at 1 m (disk 3): " in ended.out
     table = ended.table("identify").set_index("parameter")

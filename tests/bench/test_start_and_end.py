@@ -32,7 +32,7 @@ def test_a_log_on_a_full_disk_says_nothing(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.parametrize("limit", ["-n 32", "-n 48"])
 def test_too_many_workers_for_the_limits_of_the_system(limit, tmp_path):
-    words = ["method=direct", "optimizer=random_search", "repetitions=40", "workers=40"]
+    words = ["method=direct", "optimizer=random_search", "study.intervals=none", "repetitions=40", "workers=40"]
     command = ["bash", "-c", f'ulimit {limit}; exec "$@"', "bash", sys.executable, "-m", "bench", *words]
     ended = subprocess.run(command, check=False, cwd=tmp_path, capture_output=True, text=True, timeout=200)
     assert ended.returncode == 2 and ended.stderr.count("\n") == 1, ended.stderr

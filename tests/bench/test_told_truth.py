@@ -9,7 +9,7 @@ import pytest
 
 from bench.plan.plan import question_of
 
-CHEAP = ["method=direct", "optimizer=random_search", "repetitions=1", "workers=1"]
+CHEAP = ["method=direct", "optimizer=random_search", "optimizer.evaluations=100", "repetitions=1", "workers=1"]
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ import pkgutil
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 
@@ -63,8 +64,9 @@ def import_everything():
     import_module("bench.__main__")  # first, as it sets how many threads numpy has
     for package in PACKAGES:
         for module in pkgutil.walk_packages(import_module(package).__path__, f"{package}."):
-            if not module.name.endswith("__main__"):
-                import_module(module.name)
+            with suppress(ImportError):  # of a package of an extra, which may not be here
+                if not module.name.endswith("__main__"):
+                    import_module(module.name)
 
 
 def enter(words, cwd, environment, timeout, draws, out, err):
