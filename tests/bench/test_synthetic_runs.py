@@ -212,10 +212,16 @@ def test_from_python_a_weight_makes_the_unbalance_known():
 @pytest.mark.parametrize(
     "words",
     [
-        ["+experiment=identify", "measurement=synthetic", "optimizer.screening=500", "optimizer.starts=2"],
+        [
+            "+experiment=identify",
+            "measurement=synthetic",
+            "optimizer.screening=99",
+            "optimizer.starts=1",
+            "study.intervals=none",
+        ],
         ["+experiment=identifiability", "study.variations=[]"],
         ["+experiment=plan", "study.sensors=0", "study.add=2"],
-        ["+experiment=diagnose", "study.effects=[runout,mass]", "study.locate=false"],
+        ["+experiment=diagnose", "study.effects=[mass]", "study.locate=false", "study.screening=256", "study.starts=2"],
     ],
 )
 def test_every_study_takes_them_from_the_command_line(enter, words):
