@@ -34,10 +34,10 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={EXAMPLES / 'run_up.csv'}"],
     "contest": ["problem.instance=0"],  # others are alike
-    "diagnosis_power": ["measurement.hidden=[mass]"],  # so are other effects: 1000 cells take ten seconds
-    "diagnosis_effects": ["measurement.hidden=[mass]"],
+    "diagnosis_power": ["measurement.hidden=[runout]"],  # so are other effects, which are drawn more slowly: 1000 cells
+    "diagnosis_effects": ["measurement.hidden=[runout]"],
     "diagnosis_nulls_drawn": ["problem.family=overhung", "problem.instance=0"],
-    "diagnosis_effects_drawn": ["problem.family=overhung", "problem.instance=0", "measurement.hidden=[mass]"],
+    "diagnosis_effects_drawn": ["problem.family=overhung", "problem.instance=0", "measurement.hidden=[runout]"],
     "balance": ["measurement=campaign", f"measurement.path={EXAMPLES / 'balancing.yaml'}"],
     "diagnose": ["measurement.relative=0.1"],
     "locate": ["measurement.relative=0.1", "measurement.kind=complex", "problem.sensors=[0.1,0.5]"],
