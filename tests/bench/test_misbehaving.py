@@ -9,12 +9,13 @@ import pytest
 from misbehaving_plugins import AT_IMPORT, IN_SETTINGS, WHILE_IT_RUNS, source
 
 FAST = ["repetitions=2", "workers=2"]
+FEW_POINTS = ["optimizer=random_search", "optimizer.evaluations=100"]
 COMMANDS = {  # the healthy plugin of each kind, and settings of a fast run
     "optimizer": ("random_search", ["method=direct"]),
     "surrogate": ("rsm", ["samples=25", "method.max_updates=1", "optimizer.generations=1", "optimizer.population=6"]),
-    "problem": ("three_disk", ["method=direct", "optimizer=random_search"]),
-    "measurement": ("synthetic", ["method=direct", "optimizer=random_search"]),
-    "method": ("direct", ["optimizer=random_search"]),
+    "problem": ("three_disk", ["method=direct", *FEW_POINTS]),
+    "measurement": ("synthetic", ["method=direct", *FEW_POINTS]),
+    "method": ("direct", FEW_POINTS),
 }
 ALL = list(WHILE_IT_RUNS)
 DONE = {
@@ -146,7 +147,7 @@ def test_one_that_is_chosen_alone_is_refused_in_one_line(apart, tmp_path):
 
 
 def test_an_effect_that_misbehaves_harms_no_cell_without_it(apart, tmp_path):
-    words = ["method=direct", "optimizer=random_search", "measurement.kind=complex", "measurement.relative=0.05", *FAST]
+    words = ["method=direct", *FEW_POINTS, "measurement.kind=complex", "measurement.relative=0.05", *FAST]
     doing = [each for each, _ in WHILE_IT_RUNS.values()][:5]
     for number, each in enumerate(doing):
         (tmp_path / f"bad{number}.py").write_text(source("effect", doing=each, name=f"Bad{number}"))

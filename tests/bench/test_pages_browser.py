@@ -26,22 +26,27 @@ def driver(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def identified(shell, tmp_path_factory):
+def identified(apart, tmp_path_factory):
     """The page of an identification of complex data at two planes."""
     words = ["+experiment=identify", "measurement=synthetic", "measurement.kind=complex", "measurement.relative=0.05"]
-    ended = shell(
-        *words, *CHEAP, "problem.sensors=[0.1,0.5]", cwd=tmp_path_factory.mktemp("page"), output="results/identify"
+    ended = apart(
+        *words,
+        *CHEAP,
+        "problem.sensors=[0.1,0.5]",
+        draws=True,
+        cwd=tmp_path_factory.mktemp("page"),
+        output="results/identify",
     )
     assert ended.code == 0, ended.err
     return ended.output / PAGE
 
 
 @pytest.fixture(scope="module")
-def many(shell, tmp_path_factory):
+def many(apart, tmp_path_factory):
     """Page of four planes: eight channels are too many to be seen at once."""
     words = ["+experiment=identify", "measurement=synthetic", "measurement.kind=complex", "measurement.relative=0.05"]
     words += ["problem.sensors=[0.1,0.2,0.5,1.0]", "study.intervals=none"]
-    ended = shell(*words, *CHEAP, cwd=tmp_path_factory.mktemp("many"), output="results/identify")
+    ended = apart(*words, *CHEAP, draws=True, cwd=tmp_path_factory.mktemp("many"), output="results/identify")
     assert ended.code == 0, ended.err
     return ended.output / PAGE
 
@@ -149,13 +154,13 @@ def test_it_is_printed_light_and_whole(driver, identified):
     assert not driver.find_element("css selector", ".controls").is_displayed()
 
 
-def test_markup_in_names_does_nothing(driver, shell, identified, tmp_path):
+def test_markup_in_names_does_nothing(driver, apart, identified, tmp_path):
     fleet = tmp_path / "fleet"
     fleet.mkdir()
     root = Path(__file__).parents[2]
     shutil.copy(root / "docs/examples/run_up.csv", fleet / HOSTILE)
     words = ["+experiment=identify", "problem.sensors=[0.1]", "measurement.path=fleet/*.csv", *CHEAP]
-    ended = shell(*words, cwd=tmp_path, output="results/identify_fleet")
+    ended = apart(*words, draws=True, cwd=tmp_path, output="results/identify_fleet")
     shown(driver, ended.output / PAGE, 1200)
     assert errors(driver) == [] and requests(driver) == []
     assert driver.execute_script("return window.hit === undefined && !document.querySelector('img[src=x]')")
