@@ -303,11 +303,8 @@ def test_a_repetition_has_the_same_seeds_for_all_methods_and_samples(compose):
 
 
 def test_cells_with_seeds_of_their_own_draw_other_numbers_and_keep_them_among_others(compose):
-    words = [
-        "+experiment=diagnosis_effects",
-        "repetitions=1",
-        "measurement.hidden=[runout]",
-    ]  # drawn faster than others
+    runout = "measurement.hidden=[runout]"  # which is drawn faster than others
+    words = ["+experiment=diagnosis_effects", "repetitions=1", runout]
     effects = compose(*words)
     seeds = {cell.place["label"]: cell.seed for cell in effects.cells}
     assert len(set(seeds.values())) == len(seeds) == 25

@@ -235,8 +235,8 @@ def test_a_table_of_settings_is_verified_by_the_defaults(table5, enter):
 
 @pytest.fixture(scope="module")
 def diagnosed(apart, tmp_path_factory):
-    """Two diagnoses of right models with few effects, as if committed code had made them."""
-    few = ["study.effects=[runout,mass]", "problem.sensors=[0.1]", "repetitions=2"]
+    """Two diagnoses of each of two right models with few effects, as if committed code had made them."""
+    few = ["label=complex,amplitudes", "study.effects=[runout,mass]", "problem.sensors=[0.1]", "repetitions=2"]
     ended = apart("+experiment=diagnosis_nulls", *few, cwd=tmp_path_factory.mktemp("nulls"))
     output = ended.output.parent / "diagnosis_nulls"
     write_plan(dataclasses.replace(read_plan(output), commit="c0ffee"), output)
