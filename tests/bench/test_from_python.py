@@ -76,7 +76,7 @@ def test_a_failed_run_is_counted_and_raises_nothing(tmp_path):
 SCRIPT = """
 print("begun")
 import bench
-print(bench.run("table3", output="out", repetitions=2, workers=2, samples=25,
+print(bench.run("table3", output="out", repetitions=2, workers=2, samples=25, study={"intervals": "none"},
                 optimizer={"generations": 1, "population": 5}, method={"max_updates": 1}).failed)
 """
 
