@@ -80,13 +80,21 @@ def test_differences_that_tell_nothing_are_not_compared():
         assert both_ways(Case(seen, data), np.array([TRUTH[name] for name in seen.parameters.names])) is None
 
 
-def test_identify_by_differences_says_what_it_cannot_know():
-    """With a runout that would spoil a joint fit; whatever run is the reference."""
+@pytest.fixture(scope="module")
+def by_differences():
+    """Identifications by differences from either run, with a runout that would spoil a joint fit; intervals for one of them."""
     found = {}
     for reference in ("bare", "trial"):
         data = _data(2, RUNOUT, known=False)
         data = dataclasses.replace(data, campaign=dataclasses.replace(data.campaign, reference=reference))
-        found[reference] = ksmea.identify(PROBLEM, data, level=0.999)
+        intervals = "profile" if reference == "bare" else "none"
+        found[reference] = ksmea.identify(PROBLEM, data, level=0.999, intervals=intervals)
+    return found
+
+
+def test_identify_by_differences_says_what_it_cannot_know(by_differences):
+    """Whatever run is the reference."""
+    found = by_differences
     one, other = (each.record for each in found.values())
     text = str(found["bare"])
     assert "u: not known from differences" in text and "by differences from run bare" in text
@@ -109,10 +117,8 @@ def test_a_cause_is_not_looked_for_in_differences(study):
         study(rotor, data)
 
 
-def test_the_step_to_the_likelihood_of_differences_hides_no_search():
-    data = _data(2, RUNOUT, known=False)
-    data = dataclasses.replace(data, campaign=dataclasses.replace(data.campaign, reference="bare"))
-    record = ksmea.identify(PROBLEM, data, intervals="none").record
+def test_the_step_to_the_likelihood_of_differences_hides_no_search(by_differences):
+    record = by_differences["trial"].record  # without intervals, which are no search
     *_, before, last = record.trace.stages
     assert last.name == record.stage == "likelihood of differences" and before.name == "final step"
     assert last.x == pytest.approx(record.x) and last.x != before.x
