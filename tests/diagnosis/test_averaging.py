@@ -1,6 +1,7 @@
 """Model averaging: weights, quantiles of mixtures, and the truth between explanations that data do not tell apart."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
 from ksmea.show.diagnosis_text import text
-from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
+from ksmea.studies.diagnose import DiagnosisOptions, Report, diagnosis
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, TRUTH, registered_effects
 
@@ -74,20 +75,49 @@ def heavier_or_softer(seed):
     return rotor, measurement, effects
 
 
+FEW = DiagnosisOptions(
+    locate=False,
+    screening=LESS.screening,
+    starts=LESS.starts,
+    scan=LESS.scan,
+    scan_values=LESS.scan_values,
+    effect_starts=LESS.effect_starts,
+)
+
+
+@functools.cache
+def diagnosed(seed, **options):
+    """The record of data of this seed, and the diagnosis that it is made of."""
+    rotor, measurement, effects = heavier_or_softer(seed)
+    found = []
+
+    def noted(*given):
+        found.append(diagnose(*given))
+        return found[-1]
+
+    rng, wanted, brief = (
+        np.random.default_rng(seed),
+        dataclasses.replace(FEW, **options),
+        Report(details=False, fine=False),
+    )
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("ksmea.studies.diagnose.diagnose", noted)
+        record = diagnosis(Case(rotor, measurement), effects, rng, options=wanted, report=brief)
+    return record, found[-1]
+
+
+@pytest.mark.xdist_group("heavier or softer")
 @pytest.mark.parametrize("seed", range(2))
 def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(seed):
     """Mass or Young's modulus: one plane of probes cannot tell. Noise decides which is best, so that its intervals alone miss the
     stiffness in about half of all draws, by many of their widths. 95 % intervals of three unknowns are widened to twice
     their half-width: seeds were not chosen."""
-    rotor, measurement, effects = heavier_or_softer(seed)
-    found = diagnose(
-        Case(rotor, measurement), effects, Search(np.random.default_rng(seed), dataclasses.replace(LESS, average=True))
-    )
+    _, found = diagnosed(seed)
     assert found.verdict == "ambiguous" and sum(found.averaged.weights) == pytest.approx(1)
     assert {each.names for each in found.averaged.explanations} == {("mass",), ("youngs_modulus",)}
     wrong = next(each.fit for each in found.explanations if each.names == ("youngs_modulus",))
     alone = estimate(wrong.likelihood, wrong.point).intervals
-    names = list(rotor.parameters.names)
+    names = list(found.baseline.problem.parameters.names)
     for name in ("kxx", "kyy", "u"):
         index = names.index(name)
         low, high = found.averaged.intervals[index].low, found.averaged.intervals[index].high
@@ -101,17 +131,9 @@ def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(
     assert np.all(inside)
 
 
+@pytest.mark.xdist_group("heavier or softer")
 def test_where_neither_is_wanted_nothing_is_averaged_and_no_further_measurement_sought():
-    rotor, measurement, effects = heavier_or_softer(0)
-    few = DiagnosisOptions(
-        locate=False, screening=LESS.screening, starts=LESS.starts, scan=LESS.scan, effect_starts=LESS.effect_starts
-    )
-
-    def told(**options):
-        wanted = dataclasses.replace(few, **options)
-        return diagnosis(Case(rotor, measurement), effects, np.random.default_rng(0), options=wanted)
-
-    whole, part = told(), told(average=False, split=False)
+    (whole, _), (part, _) = diagnosed(0), diagnosed(0, average=False, split=False)
     assert part.verdict == whole.verdict == "ambiguous" and part.ambiguity_group == whole.ambiguity_group
     assert whole.averaged is not None and part.averaged is None
     assert "tell them apart" in text(whole) and "tell them apart" not in text(part)

@@ -12,14 +12,13 @@ from bench.reports.diagnosis.page import diagnosis_page
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.located_verdict import is_elsewhere, is_one_law, remark_on, without_names
 from ksmea.errors import SettingError
-from ksmea.fits.search import Search
 from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.show.diagnosis_text import about_extension, text, why_without
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis, diagnosis_record
 from ksmea.studies.diagnosis_remarks import disagreements
 from ksmea.studies.library import library
-from tests.diagnosis.conftest import LESS, TRUTH, registered_effects
+from tests.diagnosis.conftest import TRUTH, registered_effects
 
 OPTIONS = DiagnosisOptions(screening=1024)
 
@@ -29,6 +28,23 @@ def unnamed(rotor, hide):
     """The diagnosis of a further unbalance with an empty library, and what was hidden."""
     measurement, effect, size = hide("unbalance", 3)
     return diagnosis(Case(rotor, measurement), {}, np.random.default_rng(0), options=OPTIONS), effect, size
+
+
+@pytest.fixture(scope="module")
+def named(rotor, hide):
+    """The record of the same data with the unbalance in the library, and the diagnosis that it is made of."""
+    measurement, _, _ = hide("unbalance", 3)
+    found = []
+
+    def noted(*given):
+        found.append(diagnose(*given))
+        return found[-1]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("ksmea.studies.diagnose.diagnose", noted)
+        effects = {"unbalance": registered_effects()["unbalance"]}
+        record = diagnosis(Case(rotor, measurement), effects, np.random.default_rng(0), options=OPTIONS)
+    return record, found[-1]
 
 
 def test_without_a_library_the_place_is_found_and_the_law(unnamed):
@@ -67,15 +83,11 @@ def test_the_text_says_it_in_its_verdict_and_the_file_holds_the_law(unnamed):
     assert "unbalance" in about_extension(record)[0] and record.location.extension is not None
 
 
-def test_a_law_counts_as_its_effect_does(rotor, hide, unnamed):
+def test_a_law_counts_as_its_effect_does(unnamed, named):
     """An unbalance law and the effect of that name are one model, whose evidence is one number."""
-    record, effect, _ = unnamed
-    measurement, _, _ = hide("unbalance", 3)
-    effects = {"unbalance": registered_effects()["unbalance"]}
-    options = dataclasses.replace(OPTIONS, locate=False)
-    named = diagnosis(Case(rotor, measurement), effects, np.random.default_rng(0), options=options)
-    assert named.applied[0].settings["position"] == effect.position
-    assert record.location.extension.delta_bic == pytest.approx(named.ranking[0].delta_bic, abs=0.1)  # ends of fits
+    (record, effect, _), (by_name, _) = unnamed, named
+    assert by_name.applied[0].settings["position"] == effect.position
+    assert record.location.extension.delta_bic == pytest.approx(by_name.ranking[0].delta_bic, abs=0.1)  # ends of fits
 
 
 def explained_at(*places, delta_bic=50.0):
@@ -114,10 +126,8 @@ def test_a_law_takes_the_place_of_names_that_are_hardly_better(unnamed, better, 
     assert said.startswith("one with other would fit, but") and f"{where.law.position:g} m" in said
 
 
-def test_without_names_a_diagnosis_is_unknown(rotor, hide):
-    measurement, _, _ = hide("unbalance", 3)
-    effects = {"unbalance": registered_effects()["unbalance"]}
-    found = diagnose(Case(rotor, measurement), effects, Search(np.random.default_rng(0), LESS))
+def test_without_names_a_diagnosis_is_unknown(named):
+    _, found = named
     record = diagnosis_record(without_names(found))
     assert found.verdict == "named" and record.verdict == "unknown"
     assert not (record.named or record.applied or record.explanations or record.ambiguity_group)
@@ -139,10 +149,9 @@ def test_two_channels_leave_it_unknown(rotor, hide):
     assert record.location is None and record.verdict in ("unknown", "adequate")
 
 
-def test_beside_a_name_it_is_a_second_opinion(rotor, hide):
-    measurement, effect, _ = hide("unbalance", 3)
-    effects = {"unbalance": registered_effects()["unbalance"]}
-    record = diagnosis(Case(rotor, measurement), effects, np.random.default_rng(0), options=OPTIONS)
+def test_beside_a_name_it_is_a_second_opinion(unnamed, named):
+    _, effect, _ = unnamed
+    record, _ = named
     assert record.verdict == "named" and record.location.accepts(effect.position) and not record.remarks
     said = text(record)
     assert "Without the library: an unknown force at" in said
