@@ -15,7 +15,9 @@ from tolerant_pump import measured, pump, true_values
 CASES = Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")).parent / "cases"
 TRUE_PUMP = {"kxx1": 40, "kyy1": 55, "kxx2": 30, "kyy2": 42, "c1": 8, "c2": 12, "u": 60}  # references of pump.yaml
 RIVALS = ("probe_position", "channel_gain", "added_mass", "mass", "youngs_modulus", "disk_mass", "probe_rotation")
-QUICK = DiagnosisOptions(locate=False, average=False, split=False, screening=512, starts=4)
+LITTLE = {"locate": False, "average": False, "split": False, "screening": 512, "starts": 4}
+QUICK = DiagnosisOptions(**LITTLE)
+BRIEF = {"effects": RIVALS, **LITTLE}
 
 
 def diagnosed(settings, data, effects=RIVALS):
@@ -87,7 +89,7 @@ def of_case(name, rotor="inputs/pump.yaml", **options):
 
 
 def test_a_probe_50_mm_from_its_place_is_found_in_data_of_another_program():
-    found = of_case("pump_wrong_probe", average=False, split=False, locate=False)
+    found = of_case("pump_wrong_probe", **BRIEF)
     assert found.record.ranking[0].effect == "probe_position" and found.record.ranking[0].location == "at 0.78 m"
     # its own elements differ: the likelihood is highest at 44 mm, 12.7 above that at 50 mm
     assert 35 < found.record.ranking[0].parameters[0].value < 55
@@ -95,7 +97,7 @@ def test_a_probe_50_mm_from_its_place_is_found_in_data_of_another_program():
 
 
 def test_an_impeller_that_is_heavier_is_found_with_its_inertia():
-    found = of_case("pump_mass", average=False, split=False, locate=False)
+    found = of_case("pump_mass", **BRIEF)
     assert "disk_mass" in found.record.ambiguity_group
     [size] = next(each.parameters for each in found.record.ranking if each.effect == "disk_mass")
     assert size.holds(100 * 0.6 / 9.0)
@@ -113,7 +115,7 @@ def test_probes_of_one_plane_that_are_swapped_are_said_to_be():
 
 def test_a_slow_roll_of_each_probe_is_runout_with_a_vector_for_each():
     effects = ["runout", "residual_bow", "coupling_misalignment", "probe_rotation", "channel_gain"]
-    found = of_case("run", "runout/rotor.yaml", average=False, split=False, locate=False, effects=effects)
+    found = of_case("run", "runout/rotor.yaml", **LITTLE, effects=effects)
     assert found.verdict == "named" and found.named == ("runout",)
     assert found.record.locations == ("each probe at 0.05, 1.45 m",)
     after = {row.name: row.after for row in found.record.coefficients}
