@@ -7,12 +7,12 @@ import pytest
 
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.trials import Candidate
-from ksmea.fits.search import Effort, Search
+from ksmea.fits.search import Search
 from ksmea.plugins import registry
 from ksmea.problem.case import Case
+from tests.diagnosis.conftest import LESS
 
 COMMON = ("runout", "unbalance")
-LITTLE = Effort(screening=2000, starts=6, scan=100, scan_values=8, effect_starts=3, average=False, split=False)
 
 
 def library(name):
@@ -35,7 +35,7 @@ def library(name):
 )
 def test_a_hidden_effect_is_found(rotor, hide, name, seed):
     measurement, located, _ = hide(name, seed)
-    found = diagnose(Case(rotor, measurement), library(name), Search(np.random.default_rng(0), LITTLE))
+    found = diagnose(Case(rotor, measurement), library(name), Search(np.random.default_rng(0), LESS))
     trial = next(trial for trial in found.trials if trial.candidate == Candidate(name, located))
     assert trial.deviance_drop >= 60, "the draw is too small to be asked for"
     assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group

@@ -9,7 +9,7 @@ from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.fits.search import Search
 from ksmea.plugins import registry
 from ksmea.problem.case import Case
-from tests.diagnosis.conftest import VERDICT
+from tests.diagnosis.conftest import LESS
 
 LEAST = 30  # of the deviance drop, of effects of one unknown: less may look like another effect
 
@@ -32,7 +32,7 @@ def test_it_is_named_or_among_those_that_explain_the_data_as_well(rotor, hide, n
     effects = {
         each: registry.create("effect", each, {}) for each in (name, *registry.create("effect", name, {}).aliases)
     }
-    found = diagnose(Case(rotor, measurement), effects, Search(np.random.default_rng(0), VERDICT))
+    found = diagnose(Case(rotor, measurement), effects, Search(np.random.default_rng(0), LESS))
     trial = next(trial for trial in found.trials if trial.name == name and trial.candidate.effect == located)
     assert trial.deviance_drop >= LEAST, "the draw is too small to be asked for"
     assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group
