@@ -18,6 +18,7 @@ from ksmea.measurement.noise import Noise
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
+from optimizers.lm import LM
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5]).build()
@@ -127,9 +128,10 @@ def test_runs_that_lack_speeds_are_identified_by_differences(reference):
     """With a runout, from whatever run; intervals of 99.9 % each, narrower than of the speeds that all runs have."""
     data = _with_gaps()
     data = _by_differences(dataclasses.replace(data, values=data.values + 5e-6, noise=Noise(0.0, 2e-7)), reference)
-    found = ksmea.identify(PROBLEM, data, level=0.999)
+    search = LM(screening=1000, starts=3)
+    found = ksmea.identify(PROBLEM, data, level=0.999, optimizer=search)
     common = np.flatnonzero(np.isin(data.speed, [speed for speed in SPEED if np.sum(data.speed == speed) == len(RUNS)]))
-    of_common = ksmea.identify(PROBLEM, data.part(common), level=0.999)
+    of_common = ksmea.identify(PROBLEM, data.part(common), level=0.999, optimizer=search)
     for name in ("kxx", "kyy"):
         truth = TRUTH[name] / 1e6
         assert found[name].low < truth < found[name].high

@@ -225,5 +225,5 @@ def test_a_diagnosis_says_it_too():
     assert found.verdict == "misread" and found.record.remarks == ()
     text = diagnosis_text(found.record)
     assert text.startswith(f"The data look as if {LAG}.\n") and "change the sign of all phases" in text
-    right = ksmea.diagnose(rotor, measured(), effects=["channel_gain"])
+    right = ksmea.diagnose(rotor, measured(), effects=["channel_gain"], screening=512, starts=3)
     assert right.record.remarks == () and "Note" not in diagnosis_text(right.record)
