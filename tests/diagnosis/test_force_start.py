@@ -1,6 +1,7 @@
 """A rub that acts near resonances only: a scan of its limits misses it, and the force at its place tells it."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -32,6 +33,7 @@ NOISE = Noise(0.05, 1e-7)
 LITTLE = Effort(screening=500, starts=6)
 
 
+@functools.cache
 def rubbing(position, kind="complex", harmonics=()):
     """Two runs, the second with a known weight at 0.16 m, of a mesh four times as fine by the dense solver; the problem that is fitted
     to them, and the effect."""

@@ -1,6 +1,7 @@
 """A rotor that is measured while its speed sweeps: told from a steady one, and the rate found."""
 
 import csv
+import functools
 import os
 from pathlib import Path
 from types import SimpleNamespace
@@ -37,9 +38,7 @@ NOISE = Noise(0.05, 1e-7)
 def diagnosed(rate, seed):
     """The diagnosis of data that are integrated over time, or steady."""
     problem = SETTINGS.build()
-    x = np.array([SETTINGS.reference()[name] for name in problem.parameters.names])
-    response = swept_response(problem, x, rate, n_mode=6) if rate else problem.dense_response(x[None])[0]
-    values = observe(response, "complex", NOISE, np.random.default_rng(seed))
+    values = observe(run(rate), "complex", NOISE, np.random.default_rng(seed))
     measurement = Measurement(problem.speed, problem.channels, values, None, "test")
     effects = {name: registry.create("effect", name, {}) for name in EFFECTS}
     return diagnose(Case(problem, measurement), effects, Search(np.random.default_rng(seed), LITTLE))
@@ -55,6 +54,14 @@ def test_a_sweep_is_named_with_its_rate(rate, direction, seed):
     assert abs(rate - (interval.low + interval.high) / 2) < interval.high - interval.low
 
 
+@functools.cache
+def run(rate):
+    """The response of a run, integrated over time at its rate, or steady."""
+    problem = SETTINGS.build()
+    x = np.array([SETTINGS.reference()[name] for name in problem.parameters.names])
+    return swept_response(problem, x, rate, n_mode=6) if rate else problem.dense_response(x[None])[0]
+
+
 def two_runs(rates, directions, histories=(None, None)):
     """The true values and a measurement of two runs, integrated over time at their rates, or steady."""
     problem = SETTINGS.build()
@@ -63,10 +70,7 @@ def two_runs(rates, directions, histories=(None, None)):
         Run(f"run{number}", len(problem.speed), direction=direction, history=history)
         for number, (direction, history) in enumerate(zip(directions, histories))
     )
-    responses = [
-        swept_response(problem, x, rate, n_mode=6) if rate else problem.dense_response(x[None])[0] for rate in rates
-    ]
-    values = observe(np.concatenate(responses), "complex", NOISE, np.random.default_rng(3))
+    values = observe(np.concatenate([run(rate) for rate in rates]), "complex", NOISE, np.random.default_rng(3))
     speed = np.tile(problem.speed, 2)
     return x, Measurement(speed, problem.channels, values, None, "test", campaign=Campaign(runs))
 
@@ -86,6 +90,7 @@ def test_a_rate_known_by_times_is_compared_with_another_effect_as_one_without_ti
     assert cosines[0] == pytest.approx(cosines[1], rel=1e-6) and 0 < cosines[0] < 1
 
 
+@pytest.mark.xdist_group("runs up and down")
 @pytest.mark.parametrize("timed", [True, False])
 def test_runs_up_and_down_have_rates_of_their_own(timed):
     """Both rates in their intervals widened to twice, 99.99 %; coefficients no less certain than from as many steady speeds, where
