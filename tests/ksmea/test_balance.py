@@ -87,6 +87,13 @@ def test_without_a_run_to_spare_repeats_or_sigma_there_is_no_interval():
     assert ksmea.balance(stated).record.method == "stated"
 
 
+@pytest.fixture
+def few_draws(monkeypatch):
+    """A fifth of the draws of each correction, which nothing is asserted of."""
+    monkeypatch.setattr("ksmea.balancing.correction.N_DRAW", 200)
+
+
+@pytest.mark.usefixtures("few_draws")
 def test_intervals_of_repeats_hold_the_truth_as_often_as_they_say():
     """Repeats of 0.3 µm noise: 95 % regions of unknown weights and corrections, 150 draws. Three standard deviations of a
     binomial share are 0.053; intervals of corrections are linearised, which costs less than that at this noise."""

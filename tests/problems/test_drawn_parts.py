@@ -8,6 +8,7 @@ import pytest
 import ksmea
 from ksmea.errors import SettingError
 from ksmea.testing import check_problem
+from optimizers.lm import LM
 from problems.drawn import FAMILIES, Drawn, drawn, is_sound
 from problems.drawn_parts import (
     FACTOR,
@@ -130,7 +131,7 @@ def test_identification_finds_what_was_drawn(family, number):
     instance = drawn(family, False, number, ALL)
     problem = ksmea.load_problem("drawn", family=family, instance=number, machine_parts=list(ALL))
     data = ksmea.synthetic_measurement(problem, relative=0.03, rng=1)
-    result = ksmea.identify(problem, data, level=0.999)
+    result = ksmea.identify(problem, data, level=0.999, optimizer=LM(screening=1000, starts=3))
     assert {name for name in instance.true if name.endswith("_factor")}
     for item in result.record.parameters:
         true = instance.true[item.name]
