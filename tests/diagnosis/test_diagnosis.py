@@ -53,8 +53,9 @@ def test_a_right_model_is_adequate(rotor, hide, seed):
     ],
 )
 def test_a_hidden_effect_is_named_with_its_size(rotor, hide, name, seed):
+    """One among all that are registered, the others among what looks like them and three common causes."""
     measurement, located, size = hide(name, seed)
-    found = diagnosed(rotor, measurement, registered_effects() if name == "channel_gain" else None)
+    found = diagnosed(rotor, measurement, registered_effects() if name == "channel_gain" else with_its_like(name))
     trial = next(trial for trial in found.trials if trial.candidate == Candidate(name, located))
     assert trial.deviance_drop >= 60, "the draw is too small to be asked for"
     assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group
@@ -65,6 +66,12 @@ def test_a_hidden_effect_is_named_with_its_size(rotor, hide, name, seed):
         for value, interval in zip(size, intervals):  # 95 %, widened to twice their half-width: 99.99 %
             middle, half = (interval.low + interval.high) / 2, interval.high - interval.low
             assert abs(value - middle) < half
+
+
+def with_its_like(name):
+    """The effect, the common ones that look like it, and three others."""
+    names = (name, *registry.create("effect", name, {}).aliases, "channel_gain", "runout", "unbalance")
+    return {each: effect for each, effect in common_effects().items() if each in names}
 
 
 def test_effects_that_are_the_same_are_ambiguous_and_said_to_be(rotor, hide):
