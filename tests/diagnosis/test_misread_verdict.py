@@ -37,7 +37,7 @@ def test_a_misreading_ends_the_search_with_its_cure_and_the_values_of_data_read_
     )
     rotor = ksmea.load_problem("three_disk", **SETTINGS)
     made = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", noise_known=False, phase_known=True)
-    found = ksmea.diagnose(rotor, changed(made.measurement, way), screening=1024, starts=6)
+    found = ksmea.diagnose(rotor, changed(made.measurement, way), screening=512, starts=3)
     assert found.verdict == "misread" and asked == [{}]
     assert said in found.record.reading and said in str(found)
     held = [row.before.holds(made.truth[row.name]) for row in found.record.coefficients]
