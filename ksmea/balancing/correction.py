@@ -63,7 +63,7 @@ def correction(fit: Fit, rng: np.random.Generator) -> Correction:
     factor = np.linalg.cholesky(covariance / np.outer(scale, scale) + 1e-12 * np.eye(n))
     normal = rng.standard_normal((N_DRAW, n, 2)) @ np.array([1, 1j]) / np.sqrt(2)
     draws = coefficients + ((normal @ factor.T) * scale).reshape(N_DRAW, *coefficients.shape)
-    drawn = np.array([least_squares(each) for each in draws])
+    drawn = least_squares(draws)
     left_draws = np.abs(draws[:, 0] + np.einsum("p,dpe->de", linear, draws[:, 1:]))
     return Correction(
         weights,
@@ -96,12 +96,16 @@ def well_shown(coefficients: ComplexArray) -> ComplexArray:
 
 
 def least_squares(coefficients: ComplexArray) -> ComplexArray:
-    """Weights (n_plane,) that leave least of the bare response, of coefficients (1 + n_plane, n_entry).
+    """Weights (…, n_plane) that leave least of the bare response.
+
+    Coefficients are (…, 1 + n_plane, n_entry).
 
     >>> least_squares(np.array([[2.0, 4.0j], [1.0, 0.0], [0.0, 2.0j]], dtype=complex))
     array([-2.+0.j, -2.+0.j])
     """
-    return np.asarray(np.linalg.lstsq(coefficients[1:].T, -coefficients[0], rcond=None)[0])
+    of_planes = np.swapaxes(coefficients[..., 1:, :], -2, -1)
+    inverse = np.linalg.pinv(of_planes, rcond=np.finfo(float).eps * max(of_planes.shape[-2:]))
+    return np.asarray((inverse @ -coefficients[..., 0, :, None])[..., 0])
 
 
 def _p_of_unbalance(fit: Fit, linear: ComplexArray) -> float | None:

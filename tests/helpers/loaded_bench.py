@@ -1,4 +1,6 @@
-"""Commands of the bench, each in a fork of one process that has imported the bench: as `python -m bench` without the imports.
+"""Commands of the bench, each in a fork of one process that has imported the bench.
+
+They are as `python -m bench` without the imports.
 
 The process is a server, started as `python loaded_bench.py`. It executes no command itself, so that each fork has the empty
 caches of a new process, and what a command changes ends with its fork. Figures are empty files unless they are to be drawn.
@@ -36,7 +38,10 @@ class LoadedBench:
         )
 
     def call(self, words, cwd, environment, folder, timeout, draws):
-        """Exit code, output and errors of `python -m bench WORDS`; the streams are files of the folder meanwhile."""
+        """Exit code, output and errors of `python -m bench WORDS`.
+
+        The streams are files of the folder meanwhile.
+        """
         out, err = Path(folder, "out"), Path(folder, "err")
         asked = {"words": words, "cwd": str(cwd), "environment": environment, "timeout": timeout, "draws": draws}
         print(json.dumps(asked | {"out": str(out), "err": str(err)}), file=self._process.stdin, flush=True)
@@ -70,7 +75,7 @@ def import_everything():
 
 
 def enter(words, cwd, environment, timeout, draws, out, err):
-    """What Python does at its start for `-m bench`, and the bench."""
+    """The start of Python for `-m bench`, and the bench."""
     signal.alarm(timeout)  # which ends a process that has not asked for it
     for number, path in enumerate((os.devnull, out, err)):
         opened = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC)

@@ -158,9 +158,10 @@ def _of_paper(y: float, error: float) -> Iterator[Element]:
     if abs(error) <= FAR:
         yield Points([error], [y], "diamond", 6.0, name="paper", colour=PAPER, said="paper: {x:.1f} σ")
         return
-    text = f"{error:.0f} σ ▸" if error > 0 else f"◂ {error:.0f} σ".replace("-", "−")
-    side, offset = ("right", -2.0) if error > 0 else ("left", 2.0)
-    yield Words(x=float(np.sign(error)) * FAR, y=y, text=text, side=side, offset=(offset, 0.0), colour=PAPER)  # type: ignore[arg-type]
+    if error > 0:
+        yield Words(x=FAR, y=y, text=f"{error:.0f} σ ▸", side="right", offset=(-2.0, 0.0), colour=PAPER)
+    else:
+        yield Words(x=-FAR, y=y, text=f"◂ −{-error:.0f} σ", side="left", offset=(2.0, 0.0), colour=PAPER)
 
 
 def _rows(plan: Plan, summary: pd.DataFrame) -> dict[float, str]:
