@@ -25,7 +25,7 @@ JOINED = "; "  # remarks in a cell of a table
 class MachineRow:
     """Machine of a fleet: finding, row, unknowns, noise, remarks and text.
 
-    Noise is the relative part, and the floor in m. `shown_facts` are those that people read in the `notation` of the file.
+    Noise is the relative part, and the floor in m. `shown_facts` are in the `notation` of the file.
     """
 
     finding: str

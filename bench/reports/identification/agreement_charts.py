@@ -2,7 +2,7 @@
 
 The response is drawn on the fine speeds of a record, so that peaks are whole; records without them show the measured speeds. Of the
 repetitions the one with the least and the one with the largest difference (rms of its logarithm) are shown, on common axes. Speeds,
-amplitudes and names of channels are those of a notation.
+amplitudes and names of channels are in a notation.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ def _by_unknown(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> dict[s
 
 
 def _errors(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, name: str) -> list[Errors]:
-    """Of one unknown, cell by cell."""
+    """Errors of one unknown, cell by cell."""
     printed = summary.loc[summary["parameter"] == name, "paper"].to_numpy(float)
     results = runs[runs["status"].isin(RESULTS)]
     found = []
@@ -175,7 +175,7 @@ def _rows(plan: Plan, summary: pd.DataFrame) -> dict[float, str]:
             name += "\u00a0samples"
         if len(updates) == len(plan.cells) and updates["median"].iloc[at] > 0:
             paper = updates["paper"].iloc[at]
-            beside = f" (paper {number(paper)})" if np.isfinite(paper) else ""
-            name += f"\n+ {number(updates['median'].iloc[at])} updates{beside}".replace(" ", "\u00a0")
+            printed = f" (paper {number(paper)})" if np.isfinite(paper) else ""
+            name += f"\n+ {number(updates['median'].iloc[at])} updates{printed}".replace(" ", "\u00a0")
         rows[float(at)] = name
     return rows

@@ -69,7 +69,7 @@ def _best(frame: pd.DataFrame, source: str) -> int | None:
 
 
 def _counts(row: pd.Series, source: str) -> dict[str, str]:
-    """Runs with a result, and those that failed."""
+    """Runs with a result, and failed ones."""
     if source != OURS:
         return {"runs": ""}
     failed = f", {row['failed']} failed" if row["failed"] else ""

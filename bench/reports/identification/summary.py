@@ -111,7 +111,7 @@ def summary_page(
     curves = tuple(_curves(plan, courses))
     of_curves = [Section("Curves", curves)] if curves else []
     if sweep is None:
-        sections = [Section("Runs beside the paper" if plan.report.paper else "Runs", (figure, *values))]
+        sections = [Section("Runs and the paper" if plan.report.paper else "Runs", (figure, *values))]
         return Page(headline(plan, runs, summary), (*sections, Section("Table", table), *of_curves), _counted(runs))
     sections = list(_of_sweep(sweep, plan.name, table, figure, values))
     return Page(sweep_headline(sweep), (*sections, *of_curves), _counted(runs))

@@ -55,7 +55,7 @@ class ResponsePolynomial:
 
     @property
     def nbytes_per_set(self) -> int:
-        """Of the largest temporary array."""
+        """Size of the largest temporary array."""
         return self.coefficients[0].nbytes
 
     def response(self, x: Array, unbalance: ComplexArray) -> ComplexArray:
@@ -171,7 +171,7 @@ def _at_corners(reduction: Reduction, largest: Sequence[complex], n_plane: int) 
     for item, values in zip(reduction.impedances, change, strict=True):
         of_row = reduction.receptance[:n_port, item.row_port]  # (n_port, n_speed)
         system[..., item.column_port] += np.moveaxis(of_row[:, None] * values, 0, -1)
-    determinant = np.linalg.det(system)  # (n_corner, n_speed), over that of nominal bearings
+    determinant = np.linalg.det(system)  # (n_corner, n_speed), over the nominal one
     with np.errstate(divide="ignore", invalid="ignore"):
         per_unbalance = reduction.response_per_load(impedance)[:, :n_plane]  # (n_channel, n_plane, n_corner, n_speed)
     numerator = (per_unbalance * determinant).transpose(2, 3, 0, 1).reshape(n_corner, n_speed, -1)
