@@ -117,8 +117,9 @@ class PlainPhysics(Physics):
         part = self._by_updates if polynomial is None else self._by_polynomial
         nbytes = self.model.reduction.receptance.nbytes if polynomial is None else polynomial.nbytes_per_set
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
-            parts = [part(x[chunk]) for chunk in _chunks(len(x), nbytes)]
-        return finite(parts[0] if len(parts) == 1 else np.concatenate(parts))
+            if len(x) * nbytes <= CHUNK_BYTES:
+                return finite(part(x))
+            return finite(np.concatenate([part(x[chunk]) for chunk in _chunks(len(x), nbytes)]))
 
     def _by_updates(self, x: Array) -> ComplexArray:
         reduction, inputs = self.model.reduction, self.model.inputs(x)
@@ -273,7 +274,7 @@ def bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array, Array]
 def _chunks(n: int, nbytes: int) -> list[slice]:
     """Parts of a batch of n sets, of which each takes so many bytes."""
     n_chunk = max(1, CHUNK_BYTES // max(1, nbytes))
-    return [slice(start, start + n_chunk) for start in range(0, max(n, 1), n_chunk)]
+    return [slice(start, start + n_chunk) for start in range(0, n, n_chunk)]
 
 
 def _impedances(reduction: Reduction, inputs: Inputs) -> ComplexArray:

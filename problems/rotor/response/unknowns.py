@@ -246,6 +246,22 @@ class RotorNumbers:
         )
 
     @cached_property
+    def directions(self) -> ComplexArray:
+        """e^{iφ} of the angle of each plane, (n_plane,)."""
+        return np.exp(1j * self.unbalance[:, UNBALANCE_PARTS.index("phase")])
+
+    @cached_property
+    def complex_unbalance(self) -> ComplexArray:
+        """The rotor's own unbalance, (n_plane,) kg m."""
+        return self.unbalance[:, UNBALANCE_PARTS.index("magnitude")] * self.directions
+
+    @cached_property
+    def has_fixed_angles(self) -> bool:
+        """Whether unknowns set magnitudes of unbalance alone."""
+        is_angle = self.set_unbalance[2] == UNBALANCE_PARTS.index("phase")
+        return not is_angle.any() and not self.components and self.origin is None
+
+    @cached_property
     def has_tables(self) -> bool:
         return any(bearing.table is not None for bearing in self.rotor.supported)
 
@@ -280,7 +296,13 @@ def inputs_at(own: RotorNumbers, x: Array) -> Inputs:
 
 def complex_unbalance_at(own: RotorNumbers, x: Array) -> ComplexArray:
     """`Inputs.complex_unbalance` at values (n, d), without the other numbers: (n, n_plane) kg m."""
-    return _complex(_unbalance_at(own, x))
+    if not own.has_fixed_angles:
+        return _complex(_unbalance_at(own, x))
+    columns, planes, _ = own.set_unbalance
+    whole = np.empty((len(x), len(own.unbalance)), dtype=complex)
+    whole[:] = own.complex_unbalance
+    whole[:, planes] = x[:, columns] * own.directions[planes]
+    return whole
 
 
 def unbalance_and_slopes(own: RotorNumbers, x: Array) -> tuple[ComplexArray, ComplexArray]:
