@@ -19,8 +19,9 @@ def in_units(record: BalanceRecord, notation: Notation) -> BalanceRecord:
     """Copy of a record to be shown, with vibrations in the unit of a notation instead of µm.
 
     >>> from ksmea.measurement.notation import Notation
-    >>> _polar(PolarRecord(25.4, 30.0, 12.7, 38.1, 20.0, 50.0), Notation("mil", "pp", "lag"))
-    PolarRecord(size=2.0, angle=330.0, low=1.0, high=3.0, angle_low=310.0, angle_high=340.0)
+    >>> shown = _polar(PolarRecord(25.4, 30.0, 12.7, 38.1, 20.0, 50.0), Notation("mil", "pp", "lag"))
+    >>> round(shown.size, 9), shown.angle, shown.angle_low, shown.angle_high
+    (2.0, 330.0, 310.0, 340.0)
     """
     return replace(
         record,

@@ -58,7 +58,8 @@ def test_the_smallest_row_of_a_group_is_measured_without_peers(group):
     if row.quality:
         assert all(each.quality is not None and 0 <= each.quality < math.inf for each in found)
     if group == "fe":
-        assert found[1].difference < 1e-10  # two routes through the same elements; condition numbers of 1e5
+        # two routes through the same elements, the largest over 100 sets; condition numbers of 1e6
+        assert found[1].difference < 1e-9
 
 
 @pytest.mark.parametrize("group", command.GROUPS)

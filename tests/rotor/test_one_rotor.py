@@ -78,7 +78,10 @@ def test_a_rotor_with_effects_can_be_sent_to_workers():
 
 
 def test_bearings_that_change_with_speed_enter_at_one_place(monkeypatch):
-    """As coefficients given over speed would: the plain rotor then moves like the one with the effect."""
+    """As coefficients given over speed would: the plain rotor then moves like the one with the effect.
+
+    Its response is by updates: a polynomial has the impedances of the unknowns in its coefficients.
+    """
     slope, full = 0.3, float(PROBLEM.speed[-1])
     sloped = create("effect", "speed_dependent_stiffness", {}).added_to(PROBLEM)
     x, at_rest = np.hstack([X, [[slope], [slope]]]), Inputs.bearings_at
@@ -90,7 +93,7 @@ def test_bearings_that_change_with_speed_enter_at_one_place(monkeypatch):
         return stiffness * (1 + slope * speed / full), damping, mass
 
     monkeypatch.setattr(Inputs, "bearings_at", rising)
-    found = PROBLEM.response(X), PROBLEM.load_response(X, LOADS), PROBLEM.growth_rate(X[0], SPEED)
+    found = PROBLEM.physics._by_updates(X), PROBLEM.load_response(X, LOADS), PROBLEM.growth_rate(X[0], SPEED)
     assert all(gap(one, other) < 1e-8 for one, other in zip(found, expected))
     assert PROBLEM.free_rotor(X[0], 1600.0).frequencies(SPEED) == pytest.approx(frequencies, rel=1e-8)
 
