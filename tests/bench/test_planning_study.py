@@ -79,6 +79,9 @@ def test_the_table_says_what_to_add_and_what_it_gives(plan):
     assert "To know cyy better, its CRLB being 6.3 % now:" in ended.out
     assert "add these 10 speeds:" in ended.out and "add a second run with 140 g mm at" in ended.out
     assert sorted(path.name for path in ended.output.glob("*.*g")) == ["plan.log", "plan.png"]
+    begins = {"speeds": "Add these", "probes": "Add 2", "trial run": "Add a"}  # the sentences above
+    page = (ended.output / "index.html").read_text(encoding="utf-8")
+    assert f"<h1>{begins[of_target['reduction_pct'].idxmax()]}" in page  # the most useful one heads the page
 
 
 def test_the_crlbs_are_those_of_the_enlarged_measurement(plan):
