@@ -294,6 +294,8 @@ def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
         except np.linalg.LinAlgError:  # no steady motion on the way: the fit with the weights before stands
             break
         site, likelihood = reweighted, again
+    if not np.isfinite(found.information).all():  # a size ran off to where differences have no width
+        return None
     fit = _law_fit(site, likelihood, found, noise)
     return fit if law.shows(fit.values, site.likelihood.problem.speed) else None
 
