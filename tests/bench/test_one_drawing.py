@@ -74,7 +74,7 @@ def spied(monkeypatch):
 def test_the_picture_and_the_plot_of_a_page_are_one_chart(table3, tmp_path, spied):
     pictures, plots = spied
     assert collect(shutil.copytree(table3.output, tmp_path / "table3")) == 0
-    assert len(pictures) == 4 and all(one is other for one, other in zip(pictures, plots, strict=True))
+    assert len(pictures) == 5 and all(one is other for one, other in zip(pictures, plots, strict=True))
 
 
 def test_charts_are_written_wherever_they_stand_on_a_page():
