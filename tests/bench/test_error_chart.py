@@ -84,6 +84,16 @@ def test_without_bounds_there_is_no_such_chart():
     assert not has_bounds(plan_of((ParameterFacts("kxx", "MN/m", 1e6, None),)))
 
 
+def test_what_the_data_do_not_determine_counts_nothing(runs):
+    """Within a bound of 150 % of the value every run would lie."""
+    wide = ParameterFacts("kxx", "MN/m", 1e6, 50e6, 75e6)
+    plan = plan_of((wide, FACTS[1]))
+    chart = error_chart(plan, runs, summary_frame(plan, runs))
+    assert len(chart.panels) == 1 and "without kxx, which the data do not determine" in chart.caption
+    assert "of the 8 values" in chart.title
+    assert not has_bounds(plan_of((wide,)))
+
+
 def test_a_figure_does_not_repeat_the_headline_of_its_page(runs):
     plan = plan_of()
     figure = Drawn(lambda: error_chart(plan, runs, summary_frame(plan, runs)), "table3.png")

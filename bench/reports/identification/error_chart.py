@@ -39,10 +39,30 @@ class Errors:
 
 
 def has_bounds(plan: Plan) -> bool:
-    """Whether all cells have the same unknowns, each with a true value and a bound."""
+    """Whether all cells have the same unknowns, each with a true value and a bound.
+
+    The data determine some of them.
+    """
     names = {tuple(facts.name for facts in cell.parameters) for cell in plan.cells}
     known = (facts.truth is not None and facts.crlb for cell in plan.cells for facts in cell.parameters)
-    return len(names) == 1 and all(known) and bool(plan.cells[0].parameters)
+    return len(names) == 1 and all(known) and bool(_determined(plan))
+
+
+def _determined(plan: Plan) -> list[str]:
+    """Unknowns whose bound is below the value itself in all cells.
+
+    Within a larger one any value would lie.
+    """
+    return [
+        facts.name
+        for facts in plan.cells[0].parameters
+        if all(
+            each.crlb and each.truth and each.crlb < abs(each.truth)
+            for cell in plan.cells
+            for each in cell.parameters
+            if each.name == facts.name
+        )
+    ]
 
 
 def error_finding(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
@@ -61,12 +81,14 @@ def error_chart(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Chart:
     parts = [dots, "line: their median", *(["diamonds: paper"] if has_paper else [])]
     counts = f"grey: ± {NEAR:g} σ; numbers at the ends: runs beyond {FAR:g} σ"
     first = f"; first {MOST_ROWS} of {len(plan.cells)} cells" if len(plan.cells) > MOST_ROWS else ""
+    others = [facts.name for facts in plan.cells[0].parameters if facts.name not in found]
+    first += f"; without {', '.join(others)}, which the data do not determine" if others else ""
     caption = f"{'; '.join(parts)}; {counts}{first}. 1 σ is the Cramér–Rao bound: no unbiased method errs less."
     return Chart(_finding(found), caption, tuple((panel,) for panel in panels), len(panels), 11.0, most=len(panels))
 
 
 def _by_unknown(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> dict[str, list[Errors]]:
-    return {facts.name: _errors(plan, runs, summary, facts.name) for facts in plan.cells[0].parameters}
+    return {name: _errors(plan, runs, summary, name) for name in _determined(plan)}
 
 
 def _errors(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, name: str) -> list[Errors]:

@@ -126,6 +126,7 @@ def _capitals(text: str) -> str:
     return "\n".join(map(capital, text.split("\n")))
 
 
+LEAST_PCT = 1e-3  # smaller errors are not counted
 STAR = "; *: the smallest of a column"
 
 
@@ -197,7 +198,9 @@ def headline(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
 
 
 def _range(values: pd.Series) -> str:
-    low, high = (two_digits(value) for value in (values.min(), values.max()))
+    low, high = (
+        two_digits(value) if value >= LEAST_PCT else f"below {LEAST_PCT:g}" for value in (values.min(), values.max())
+    )
     return low if low == high else f"{low} to {high}"
 
 
