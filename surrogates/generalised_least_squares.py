@@ -93,9 +93,8 @@ class GeneralisedLeastSquares:
     @cached_property
     def orthogonal_and_triangle(self) -> tuple[Array, Array]:
         """Q (n, p), in Fortran order, and G (p, p)."""
-        packed, reflectors, _, _ = lapack.dgeqrf(
-            self.whitened_trend
-        )  # a fifth of the time of numpy's own for few terms
+        # A fifth of the time of numpy's own for few terms
+        packed, reflectors, _, _ = lapack.dgeqrf(self.whitened_trend)
         orthogonal, _, _ = lapack.dorgqr(packed, reflectors)
         return orthogonal, np.triu(packed[: packed.shape[1]])
 

@@ -132,7 +132,7 @@ def _known_text(parameter: Unknown, half_width: float, half_width_pct: float) ->
     if half_width_pct > 1000 or not np.isfinite(half_width):
         return f"{parameter.name} (± more than 1000 %)"
     in_pct = f" (± {two_digits(half_width_pct)} %)" if parameter.base else ""
-    return f"{parameter.name} to ± {_number(half_width / parameter.si_per_unit)} {parameter.unit}{in_pct}"
+    return f"{parameter.name} to ± {capped(half_width / parameter.si_per_unit)} {parameter.unit}{in_pct}"
 
 
 def _worst_text(record: IdentifiabilityRecord) -> str:
@@ -174,7 +174,7 @@ def variations_text(record: IdentifiabilityRecord) -> str:
         ]
         first = IN_TABLE.get(variation, variation) if variation != before else ""
         star = " *" if variation != "present" and f"{variation} {value}" in present else "  "
-        lines.append([first, value + star, *map(_number, widths)])
+        lines.append([first, value + star, *map(capped, widths)])
         before = variation
     head = ["±", f"{100 * record.level:g} %  ", *(f"{name} {unit}" for name, unit in zip(record.names, units))]
     notes = ["* the data as they are"] if any(line[1].endswith("*") for line in lines) else []
@@ -195,7 +195,7 @@ def _present(data: DataDescription) -> Iterator[str]:
     yield f"kind {data.kind}"
 
 
-def _number(value: float) -> str:
+def capped(value: float) -> str:
     """Two digits, whole from 100 on; '∞' and '> 10⁴' where more would say nothing."""
     if not value <= FAR:
         return "> 10⁴" if np.isfinite(value) else "∞"

@@ -20,11 +20,20 @@ TRUTH = {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 2e-4, "phase
 NOISE = Noise(0.07, 1e-7)
 
 
+# Options of a diagnosis whose effect stands out
+FEW_STARTS = {
+    "locate": False,
+    "split": False,
+    "screening": 512,
+    "starts": 4,
+    "scan": 64,
+    "scan_values": 8,
+    "effect_starts": 3,
+}
 # neither averages nor a further measurement, which come after the verdict and take half of the time
 VERDICT = Effort(average=False, split=False)
-LESS = dataclasses.replace(
-    VERDICT, screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3
-)  # than half of the default
+# at most half of the default
+LESS = dataclasses.replace(VERDICT, screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3)
 STEADY = Measurement(np.ones(1), (Channel(0.1, "x"),), np.ones((1, 1), dtype=complex), None, "one run at 1X")
 
 

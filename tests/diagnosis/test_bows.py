@@ -13,19 +13,11 @@ from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.case import Case
+from tests.diagnosis.conftest import FEW_STARTS
 from tolerant_pump import pump, true_values
 
 CASES = Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")).parent / "cases"
 PROBES = ("1YD@0.16", "1XD@0.16", "2YD@1.04", "2XD@1.04")
-LITTLE = {
-    "locate": False,
-    "split": False,
-    "screening": 512,
-    "starts": 4,
-    "scan": 64,
-    "scan_values": 8,
-    "effect_starts": 3,
-}
 
 
 def test_a_bent_overhung_rotor_of_another_program_is_named_with_its_unbalance(tmp_path, monkeypatch):
@@ -38,7 +30,7 @@ def test_a_bent_overhung_rotor_of_another_program_is_named_with_its_unbalance(tm
     assert main.run(["import", raw, "--format", "system1", *words, "--rotation", "ccw", "--out", "run.csv"]) == 0
     rotor = ksmea.load_problem(str(CASES / "overhung" / "my_rotor.yaml"))
     effects = ["residual_bow", "coupling_misalignment", "runout", "unbalance"]
-    found = ksmea.diagnose(rotor, ksmea.read_measurement("run.csv"), effects=effects, **LITTLE)
+    found = ksmea.diagnose(rotor, ksmea.read_measurement("run.csv"), effects=effects, **FEW_STARTS)
     record = found.record
     assert record.verdict == "ambiguous" and set(record.ambiguity_group) == {"residual_bow", "runout"}
     averaged = {each.name: each for each in record.averaged.coefficients}

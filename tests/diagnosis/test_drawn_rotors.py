@@ -11,6 +11,7 @@ from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from problems.rotor_file import RotorFile
+from tests.diagnosis.conftest import FEW_STARTS
 
 CASES = (
     Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")).parent
@@ -46,16 +47,6 @@ COEFFICIENTS = {
     "cyy": (0.3, 60, 11),
 }  # limits, and the truth
 
-LITTLE = {
-    "locate": False,
-    "split": False,
-    "screening": 512,
-    "starts": 4,
-    "scan": 64,
-    "scan_values": 8,
-    "effect_starts": 3,
-}
-
 
 def rotor_file(folder, bearings):
     """A rotor file in which each of these groups of bearings shares its coefficients."""
@@ -87,7 +78,7 @@ def test_a_bearing_that_is_softer_and_damps_more_is_named_with_what_is_known_of_
     data = measured(apart, truth * units, seed=3)
     model = ksmea.load_problem(rotor_file(tmp_path, [(1, 2)]))
     effects = ["unequal_bearings", "flexible_pedestal", "bearing_position", "unbalance", "residual_bow"]
-    found = ksmea.diagnose(model, data, effects=effects, **LITTLE)
+    found = ksmea.diagnose(model, data, effects=effects, **FEW_STARTS)
     record = found.record
     assert record.verdict == "named" and record.named == ("unequal_bearings",)
     assert record.locations == ("stiffness and damping of bearing 2",)
@@ -114,7 +105,7 @@ def test_pedestals_are_named_with_the_truth_in_their_intervals_whatever_the_limi
         pytest.skip(f"no cases at {CASES}; KSMEA_DATA names the directory of public data beside them")
     rotor = ksmea.load_problem(str(CASES / f"{name}.yaml"))
     data = ksmea.read_measurement(str(CASES / "ground.csv"))
-    found = ksmea.diagnose(rotor, data, effects=["flexible_pedestal", *others], average=False, **LITTLE)
+    found = ksmea.diagnose(rotor, data, effects=["flexible_pedestal", *others], average=False, **FEW_STARTS)
     assert found.record.named == ("flexible_pedestal",) and found.verdict in ("named", "ambiguous")
     after = {row.name: row.after for row in found.record.coefficients}
     true = {"u": 200, "kxx": 5, "kyy": 8, "pedestal_compliance_x": 60, "pedestal_compliance_y": 40}
@@ -131,7 +122,7 @@ def test_a_hub_wider_than_its_disk_is_named_with_what_is_known_of_its_width(tmp_
     truth = np.array([200, *(value for _, _, value in COEFFICIENTS.values()), 250])
     data = measured(hidden, truth * units, seed=5)
     effects = ["hub_stiffening", "youngs_modulus", "mass", "disk_mass", "disk_inertia"]
-    record = ksmea.diagnose(ksmea.load_problem(file), data, effects=effects, average=False, **LITTLE).record
+    record = ksmea.diagnose(ksmea.load_problem(file), data, effects=effects, average=False, **FEW_STARTS).record
     assert (record.verdict, record.named) == ("named", ("hub_stiffening",))
     assert record.locations == ("at 0.5 m with a width that changes from 50 mm",)
     after = {row.name: row.after for row in record.coefficients}

@@ -33,9 +33,9 @@ from bench.reports.tables import PAPER, csv_text
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.records.identifiability import IdentifiabilityRecord, Unknown
-from ksmea.show.text import aligned, two_digits
+from ksmea.show.identifiability_text import capped
+from ksmea.show.text import aligned
 
-FAR = 1e4  # %, of a CRLB that is said
 LUCKY, IMPOSSIBLE = 0.05, 0.001  # chances below which a value is called so
 VERDICTS = ("possible", "lucky", "impossible")
 AUDITED = ("table3", "table4", "table6", "table8")  # Table 2 is without noise, Table 5 without results
@@ -229,7 +229,7 @@ def audit_text(frame: pd.DataFrame) -> str:
 
 
 def _count_text(rows: pd.DataFrame) -> str:
-    return "–" if rows.empty else f"{_pct(rows['crlb_pct'].iloc[0])}: {_counts(rows['verdict'])}"
+    return "–" if rows.empty else f"{capped(rows['crlb_pct'].iloc[0])}: {_counts(rows['verdict'])}"
 
 
 def _counts(verdicts: pd.Series) -> str:
@@ -238,9 +238,3 @@ def _counts(verdicts: pd.Series) -> str:
 
 def _distinct(values: pd.Series) -> str:
     return ", ".join(dict.fromkeys(values))
-
-
-def _pct(value: float) -> str:
-    if not value <= FAR:
-        return "> 10⁴" if np.isfinite(value) else "∞"
-    return two_digits(value)

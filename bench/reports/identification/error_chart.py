@@ -15,6 +15,7 @@ from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import ParameterFacts, Plan
 from ksmea.arrays import Array
+from ksmea.plugins.identification import at_limit
 from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, Words
 from ksmea.show.charts.colours import MODEL, PAPER
 from ksmea.show.text import number
@@ -24,7 +25,6 @@ NEAR = 2.0  # σ, shaded
 MOST_ROWS = 24  # cells of a chart; a table has all
 LANES = 4  # heights of the dots of a row
 PAPER_BELOW = 0.3  # of a row, by which the paper's value lies below its middle
-AT_LIMIT = 1e-3  # of the range of an unknown
 FEWEST = 3  # runs that have a median
 ROW = 0.5  # inches
 
@@ -107,14 +107,11 @@ def _errors(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, name: str) ->
 
 
 def _at_limit(values: Array, facts: ParameterFacts) -> Array:
-    """Which values lie at a search limit, within a thousandth of the range.
-
-    None without limits in the plan.
-    """
+    """Which values lie at a search limit; none without limits in the plan."""
     if facts.lower is None or facts.upper is None:
         return np.zeros(len(values), dtype=bool)
-    si, near = values * facts.si_per_unit, AT_LIMIT * (facts.upper - facts.lower)
-    return np.asarray((si <= facts.lower + near) | (si >= facts.upper - near))
+    in_cube = (values * facts.si_per_unit - facts.lower) / (facts.upper - facts.lower)
+    return np.array(at_limit(in_cube), dtype=bool)
 
 
 def _in_sigma(values: Array, facts: ParameterFacts) -> Array:
