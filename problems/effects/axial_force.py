@@ -12,17 +12,16 @@ Its limits are a quarter of the shaft's buckling load on pins at its bearings (`
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.free_motion.static_load import buckling_load, is_held
+from problems.rotor.inputs.number_effect import NumberEffect
+from problems.rotor.inputs.places import Place
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.25  # of the buckling load: ω₁ falls to √0.75 of its value; a shaft that is nearer buckles under its weight
@@ -34,7 +33,7 @@ def _buckling_load(problem: RotorProblem) -> float:
 
 
 @dataclass(frozen=True)
-class AxialForce(RotorEffect):
+class AxialForce(NumberEffect):
     """The shaft is in tension or compression."""
 
     if_nowhere: ClassVar[str] = "leave it out: its limits need bearings at two places"
@@ -59,5 +58,5 @@ class AxialForce(RotorEffect):
             raise SettingError("axial force: expected bearings at two places or more, got one; leave this effect out")
         return self
 
-    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        return dataclasses.replace(rotor, axial_force=rotor.axial_force + float(theta[0]))
+    def numbers_of(self, rotor: Rotor) -> Iterator[Place]:
+        yield Place(("axial_force",))

@@ -7,23 +7,21 @@ half its width nearer to that edge.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import shaft_length
-from problems.rotor.extension.part_effect import PartEffect
 from problems.rotor.extension.sizes import Size
-from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.inputs.number_effect import PartEffect
 
 LARGEST = 0.02  # of the shaft's length, to either side
 NOTICED = (0.002, 0.015)  # of the shaft's length, to either side, are drawn
 
 
 @dataclass(frozen=True)
-class BearingPosition(PartEffect[Bearing]):
+class BearingPosition(PartEffect):
     """A bearing holds the shaft elsewhere."""
 
     position: float | None = setting(None, "position in the model; null: the first bearing", unit="m", at_least=0)
@@ -34,8 +32,7 @@ class BearingPosition(PartEffect[Bearing]):
         "unequal_bearings": "both change the share of each bearing; measure the width over which it carries",
     }
     of_rotor = "bearings"
+    fields = ("offset",)
+    is_relative = False
     what, default_place, needs = "bearing", "the first bearing", "a rotor with a bearing"
     sizes = (Size("bearing_position_change", "mm", LARGEST, drawn=NOTICED, of=shaft_length),)
-
-    def changed(self, part: Bearing, size: float) -> Bearing:
-        return dataclasses.replace(part, offset=part.offset + size)

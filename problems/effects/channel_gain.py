@@ -16,13 +16,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel, require_direction
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import PlacedEffect, is_at, named, where
+from problems.rotor.extension.effect import PlacedEffect, named, where
 from problems.rotor.extension.sizes import Size
+from problems.rotor.inputs.probe_places import ProbePlace, scaled
 from problems.rotor.response.problem import RotorProblem
 
 LIMITS = (-0.98, 30.0)  # of g: from 1/50, so that mil for µm (1/25.4, 25.4) and peak to peak for 0-peak (2) lie within
@@ -70,7 +69,4 @@ class ChannelGain(PlacedEffect):
         return [*each, *(dataclasses.replace(self, position=position, direction=None) for position in whole)]
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
-        return response * (1 + theta[:, 0, None, None] * np.array([self._reads(channel) for channel in channels]))
-
-    def _reads(self, channel: Channel) -> bool:
-        return is_at(channel, self.position) and self.direction in (None, channel.direction)
+        return scaled(response, channels, [(ProbePlace("gain", self.position, self.direction), theta[:, 0])])

@@ -5,25 +5,24 @@ Its mass is as assumed.
 A drawing gives the mass of an impeller and leaves its moments of inertia to a formula for a ring. They tilt modes: an overhung disk splits
 forward and backward whirl by its polar moment (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapter 3).
 """
+# Shorter than 40 lines: one effect a file, by which it is registered.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 from ksmea.settings.settings import setting
-from problems.rotor.extension.part_effect import PartEffect
 from problems.rotor.extension.sizes import Size
-from problems.rotor.finite_elements.segments import Disk
+from problems.rotor.inputs.number_effect import PartEffect
 
 LARGEST = 0.3
 NOTICED = (0.03, 0.25)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)
-class DiskInertia(PartEffect[Disk]):
+class DiskInertia(PartEffect):
     """A disk has other moments of inertia."""
 
     position: float | None = setting(None, "of the disk; null: the first", unit="m", at_least=0)
@@ -35,12 +34,7 @@ class DiskInertia(PartEffect[Disk]):
         "hub_stiffening": "both raise modes that tilt the disk; tap the rotor hanging free, or swing the disk on wires",
     }
     of_rotor = "disks"
+    fields = ("polar_inertia", "diametral_inertia")
+    is_relative = True
     what, default_place, needs = "disk", "the first disk", "a rotor with a disk that has moments of inertia"
     sizes = (Size("disk_inertia_change", "%", LARGEST, drawn=NOTICED),)
-
-    def has(self, part: Disk) -> bool:
-        return bool(part.polar_inertia or part.diametral_inertia)
-
-    def changed(self, part: Disk, size: float) -> Disk:
-        polar, diametral = (1 + size) * part.polar_inertia, (1 + size) * part.diametral_inertia
-        return dataclasses.replace(part, polar_inertia=polar, diametral_inertia=diametral)

@@ -8,22 +8,20 @@ too (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapte
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 from ksmea.settings.settings import setting
-from problems.rotor.extension.part_effect import PartEffect
 from problems.rotor.extension.sizes import Size
-from problems.rotor.finite_elements.segments import Disk
+from problems.rotor.inputs.number_effect import PartEffect
 
 LARGEST = 0.3
 NOTICED = (0.01, 0.15)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)
-class DiskMass(PartEffect[Disk]):
+class DiskMass(PartEffect):
     """A disk is heavier or lighter."""
 
     position: float | None = setting(None, "of the disk; null: the first", unit="m", at_least=0)
@@ -36,11 +34,7 @@ class DiskMass(PartEffect[Disk]):
         "mass": "both lower natural frequencies; several critical speeds, whose modes move that disk differently",
     }
     of_rotor = "disks"
+    fields = ("mass", "polar_inertia", "diametral_inertia")
+    is_relative = True
     what, default_place, needs = "disk", "the first disk", "a rotor with a disk"
     sizes = (Size("disk_mass_change", "%", LARGEST, drawn=NOTICED),)
-
-    def changed(self, part: Disk, size: float) -> Disk:
-        mass, polar, diametral = (
-            (1 + size) * value for value in (part.mass, part.polar_inertia, part.diametral_inertia)
-        )
-        return dataclasses.replace(part, mass=mass, polar_inertia=polar, diametral_inertia=diametral)

@@ -7,23 +7,21 @@ shaft does there (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines,
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import shaft_length
-from problems.rotor.extension.part_effect import PartEffect
 from problems.rotor.extension.sizes import Size
-from problems.rotor.finite_elements.segments import Disk
+from problems.rotor.inputs.number_effect import PartEffect
 
 LARGEST = 0.02  # of the shaft's length, to either side
 NOTICED = (0.002, 0.015)  # of the shaft's length, to either side, are drawn
 
 
 @dataclass(frozen=True)
-class DiskPosition(PartEffect[Disk]):
+class DiskPosition(PartEffect):
     """A disk sits elsewhere along the shaft."""
 
     position: float | None = setting(None, "position in the model; null: the first disk", unit="m", at_least=0)
@@ -34,8 +32,7 @@ class DiskPosition(PartEffect[Disk]):
         "added_mass": "both change what the disk does to each mode; measure its distance from a bearing, or weigh it",
     }
     of_rotor = "disks"
+    fields = ("offset",)
+    is_relative = False
     what, default_place, needs = "disk", "the first disk", "a rotor with a disk"
     sizes = (Size("disk_position_change", "mm", LARGEST, drawn=NOTICED, of=shaft_length),)
-
-    def changed(self, part: Disk, size: float) -> Disk:
-        return dataclasses.replace(part, offset=part.offset + size)

@@ -13,17 +13,17 @@ Its limit is a damping ratio of 5 % of the rotor as a rigid mass on its stiffest
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from ksmea.arrays import Array
-from problems.rotor.extension.effect import RotorEffect, rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import rotor_mass, stiffness_scale
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.inputs.number_effect import NumberEffect
+from problems.rotor.inputs.places import Place
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.05  # damping ratio: pumps with liquid around the whole shaft
@@ -36,7 +36,7 @@ def _per_damping_ratio(problem: RotorProblem) -> float:
 
 
 @dataclass(frozen=True)
-class ExternalDamping(RotorEffect):
+class ExternalDamping(NumberEffect):
     """The surroundings of the shaft damp it."""
 
     says = "The surroundings damp the shaft with {external_damping}"
@@ -48,5 +48,5 @@ class ExternalDamping(RotorEffect):
 
     sizes = (Size("external_damping", "N s/m²", (0.0, LARGEST), drawn=NOTICED, of=_per_damping_ratio),)
 
-    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        return dataclasses.replace(rotor, external_damping=rotor.external_damping + float(theta[0]))
+    def numbers_of(self, rotor: Rotor) -> Iterator[Place]:
+        yield Place(("external_damping",))

@@ -9,23 +9,22 @@ the ellipse of anisotropic bearings shows it, by its backward part.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ksmea.arrays import Array
 from ksmea.units import MICROSECOND
-from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.inputs.number_effect import NumberEffect
+from problems.rotor.inputs.places import Place
 
 LARGEST = 100 * MICROSECOND  # a loss factor βω of 0.1 at 160 Hz: shrink fits and couplings, more than steel itself
 NOTICED = (3 * MICROSECOND, 60 * MICROSECOND)  # are drawn
 
 
 @dataclass(frozen=True)
-class InternalDamping(RotorEffect):
+class InternalDamping(NumberEffect):
     """The shaft itself damps, as it turns."""
 
     says = "The shaft damps itself as it turns: {internal_damping} times its stiffness"
@@ -41,5 +40,5 @@ class InternalDamping(RotorEffect):
 
     sizes = (Size("internal_damping", "µs", (0.0, LARGEST), drawn=NOTICED),)
 
-    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        return dataclasses.replace(rotor, internal_damping=rotor.internal_damping + float(theta[0]))
+    def numbers_of(self, rotor: Rotor) -> Iterator[Place]:
+        yield Place(("internal_damping",))

@@ -7,25 +7,26 @@ blades, couplings and winding that a drawing leaves out (Friswell, Penny, Garvey
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ksmea.arrays import Array
-from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.finite_elements.segments import CouplingSegment, Disk, Material, Segment
+from problems.rotor.finite_elements.segments import CouplingSegment
+from problems.rotor.inputs.number_effect import NumberEffect
 from problems.rotor.inputs.numbers import are_known_to_tolerance
+from problems.rotor.inputs.places import Place, material_paths
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.2
 NOTICED = (0.003, 0.1)  # of either sign, are drawn
+OF_DISK = ("mass", "polar_inertia", "diametral_inertia")
+OF_COUPLING = ("masses", "polar_inertias", "diametral_inertias")
 
 
 @dataclass(frozen=True)
-class Mass(RotorEffect):
+class Mass(NumberEffect):
     """The rotor is heavier or lighter throughout."""
 
     words = "rotor mass"
@@ -53,23 +54,14 @@ class Mass(RotorEffect):
 
     sizes = (Size("mass_change", "%", LARGEST, drawn=NOTICED),)
 
-    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        factor = 1 + float(theta[0])
-
-        def heavier(material: Material) -> Material:
-            return dataclasses.replace(material, density=factor * material.density)
-
-        def heavier_segment(segment: Segment) -> Segment:
+    def numbers_of(self, rotor: Rotor) -> Iterator[Place]:
+        for path, material in material_paths(rotor):
+            yield Place((*path, "density"), material.density)
+        for thing, parts in (("disks", rotor.disks), ("masses", rotor.masses)):
+            for index, part in enumerate(parts):
+                yield from (Place((thing, index, field), getattr(part, field)) for field in OF_DISK)
+        for index, segment in enumerate(rotor.segments):
             if isinstance(segment, CouplingSegment):
-                return segment.heavier(factor)
-            return segment.with_materials(heavier)
-
-        def heavier_disk(disk: Disk) -> Disk:
-            mass, polar, diametral = (
-                factor * value for value in (disk.mass, disk.polar_inertia, disk.diametral_inertia)
-            )
-            return dataclasses.replace(disk, mass=mass, polar_inertia=polar, diametral_inertia=diametral)
-
-        segments = map(heavier_segment, rotor.segments)
-        disks, masses = (tuple(map(heavier_disk, parts)) for parts in (rotor.disks, rotor.masses))
-        return dataclasses.replace(rotor, segments=tuple(segments), disks=disks, masses=masses)
+                for field in OF_COUPLING:
+                    for side, value in enumerate(getattr(segment, field)):
+                        yield Place(("segments", index, field, side), value)

@@ -8,7 +8,6 @@ its reading as much as a wrong gain does, and with the other sign beyond it.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -16,11 +15,12 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import MILLIMETRE
-from problems.rotor.extension.effect import PlacedEffect, drawn_either_side, is_at, planes, where
+from problems.rotor.extension.effect import drawn_either_side, planes, where
+from problems.rotor.inputs.number_effect import MovedProbesEffect
+from problems.rotor.inputs.probe_places import ProbePlace
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.1  # of the shaft's length, to either side
@@ -28,14 +28,12 @@ NOTICED = (0.005, 0.06)  # of the shaft's length, to either side, are drawn
 
 
 @dataclass(frozen=True)
-class ProbePosition(PlacedEffect):
+class ProbePosition(MovedProbesEffect):
     """The probes of one plane sit elsewhere along the shaft."""
 
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
 
-    is_scanned: ClassVar[bool] = False
     says = "The measuring plane of {place:probes} is {probe_position_change:further from|nearer to} the shaft's start than stated"
-    is_of_measurement = True
     check_next = "Measure the axial position of these probes: an offset of this size confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "channel_gain": "both scale what the plane reads; measure the position of the probes, or calibrate them",
@@ -64,13 +62,9 @@ class ProbePosition(PlacedEffect):
         [parameter] = self.parameters(problem)
         return np.array([size if parameter.lower <= size <= parameter.upper else -size])
 
-    def moved(self, looking: Sequence[Channel], channels: Sequence[Channel], theta: Array) -> tuple[Channel, ...]:
-        return tuple(
-            dataclasses.replace(seen, position=seen.position + float(theta[0]))
-            if is_at(channel, self.position)
-            else seen
-            for seen, channel in zip(looking, channels)
-        )
+    @property
+    def of_probes_at(self) -> ProbePlace:
+        return ProbePlace("position", self.position)
 
 
 LEAST = 1e-3 * MILLIMETRE

@@ -13,40 +13,34 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from ksmea.arrays import Array, ComplexArray
-from ksmea.measurement.channel import Channel, direction_at, require_direction
+from ksmea.measurement.channel import Channel, require_direction
 from ksmea.plugins.effect import SizeRecord, StatementRecord
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.extension.effect import PlacedEffect, is_at, named, planes, where
+from problems.rotor.extension.effect import named, planes, where
 from problems.rotor.extension.sizes import Size
+from problems.rotor.inputs.number_effect import MovedProbesEffect
+from problems.rotor.inputs.probe_places import ProbePlace
 from problems.rotor.response.problem import RotorProblem
 
-RIGHT_ANGLE = 90.0  # degrees
 LARGEST = 20 * DEGREE
 NOTICED = (1 * DEGREE, 15 * DEGREE)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)
-class ProbeRotation(PlacedEffect):
+class ProbeRotation(MovedProbesEffect):
     """The x and y probes of one plane are both turned, or one of them."""
 
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
     direction: str | None = setting(None, "of the probe that is turned: x, y or degrees; null: all")
 
-    is_scanned: ClassVar[bool] = False
     words = "probe angle"
-    is_of_measurement = True
     check_next = (
         "Measure the mounting angle of these probes, and check the order of their cables: this angle confirms it."
     )
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_symmetric": "both turn the ellipse; survey the angles of the probes",
     }
-    stage: ClassVar[int] = 1
-
     what = "probes"
     sizes = (Size("probe_rotation", "deg", LARGEST, drawn=NOTICED),)
 
@@ -74,30 +68,9 @@ class ProbeRotation(PlacedEffect):
         each = (dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels)
         return [*whole, *each]
 
-    def needed_channels(self, channels: Sequence[Channel]) -> Sequence[Channel]:
-        return [_partner(channel) for channel in channels if self._turns(channel)]
-
-    def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
-        cosine, sine = np.cos(theta), np.sin(theta)  # (n, 1), over speed
-        turned = response.copy()
-        for index, channel in enumerate(channels):
-            if self._turns(channel):
-                other = response[..., channels.index(_partner(channel))]
-                turned[..., index] = cosine * response[..., index] + _sense(channel) * sine * other
-        return turned
-
-    def _turns(self, channel: Channel) -> bool:
-        return is_at(channel, self.position) and self.direction in (None, channel.direction)
-
-
-def _partner(channel: Channel) -> Channel:
-    """The channel at right angles to one: of x it is y, and of y it is x."""
-    return dataclasses.replace(channel, direction=direction_at(channel.angle + _sense(channel) * RIGHT_ANGLE))
-
-
-def _sense(channel: Channel) -> int:
-    """Whether its partner is a quarter of a turn ahead of it or behind."""
-    return 1 if channel.angle % (2 * RIGHT_ANGLE) < RIGHT_ANGLE else -1
+    @property
+    def of_probes_at(self) -> ProbePlace:
+        return ProbePlace("direction", self.position, self.direction)
 
 
 def _has_two(plane: float, channels: Sequence[Channel]) -> bool:

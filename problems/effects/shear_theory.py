@@ -14,8 +14,7 @@ doi 10.1115/1.3625046.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -23,9 +22,11 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.problem.parameters import Parameter
-from problems.rotor.extension.effect import RotorEffect, drawn
+from problems.rotor.extension.effect import drawn
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.finite_elements.segments import CouplingSegment, Segment, ShaftSegment
+from problems.rotor.finite_elements.segments import ShaftSegment
+from problems.rotor.inputs.number_effect import NumberEffect
+from problems.rotor.inputs.places import Place, material_paths
 from problems.rotor.response.problem import RotorProblem
 
 HIGHEST = 1.0  # twice Timoshenko's: κ of thin tubes is half of that of solid shafts
@@ -33,7 +34,7 @@ NOTICED = (0.05, 1.0)  # parts of either limit are drawn
 
 
 @dataclass(frozen=True)
-class ShearTheory(RotorEffect):
+class ShearTheory(NumberEffect):
     """The shaft is softer or stiffer in shear than the model's beam theory has it."""
 
     words = "shear stiffness"
@@ -56,15 +57,6 @@ class ShearTheory(RotorEffect):
         limit = rng.choice([end for end in (limits.lower, limits.upper) if end])
         return np.array([limit * drawn(rng, *NOTICED)])
 
-    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        def softer(segment: Segment) -> Segment:
-            if isinstance(segment, CouplingSegment):
-                return segment
-            layers = tuple(
-                dataclasses.replace(each, shear_flexibility=each.shear_flexibility + float(theta[0]))
-                for each in segment.layers
-            )
-            flexibility = segment.shear_flexibility + float(theta[0])
-            return dataclasses.replace(segment, shear_flexibility=flexibility, layers=layers)
-
-        return dataclasses.replace(rotor, segments=tuple(map(softer, rotor.segments)))
+    def numbers_of(self, rotor: Rotor) -> Iterator[Place]:
+        for path, _ in material_paths(rotor):
+            yield Place((*path[:-1], "shear_flexibility"))

@@ -12,24 +12,23 @@ section 2.6.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ksmea.arrays import Array
 from ksmea.units import MICROSECOND
-from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.finite_elements.segments import CouplingSegment, Segment
+from problems.rotor.finite_elements.segments import CouplingSegment
+from problems.rotor.inputs.number_effect import NumberEffect
+from problems.rotor.inputs.places import Place
 
 LARGEST = 500 * MICROSECOND  # a damping ratio of 5 % at 32 Hz
 NOTICED = (3 * MICROSECOND, 200 * MICROSECOND)  # are drawn
 
 
 @dataclass(frozen=True)
-class StandingDamping(RotorEffect):
+class StandingDamping(NumberEffect):
     """Standing damping of the shaft along its whole length, in proportion to its stiffness."""
 
     says = "The shaft damps itself, and the damping stands still: {standing_damping} times its stiffness"
@@ -45,11 +44,7 @@ class StandingDamping(RotorEffect):
     for_drawings_only: ClassVar[bool] = True
     sizes = (Size("standing_damping", "µs", (0.0, LARGEST), drawn=NOTICED),)
 
-    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        def damped(segment: Segment) -> Segment:
-            if isinstance(segment, CouplingSegment):
-                return segment
-            of_mass, of_stiffness = segment.standing_damping
-            return dataclasses.replace(segment, standing_damping=(of_mass, of_stiffness + float(theta[0])))
-
-        return dataclasses.replace(rotor, segments=tuple(map(damped, rotor.segments)))
+    def numbers_of(self, rotor: Rotor) -> Iterator[Place]:
+        for index, segment in enumerate(rotor.segments):
+            if not isinstance(segment, CouplingSegment):
+                yield Place(("segments", index, "standing_damping", 1))  # per stiffness

@@ -6,23 +6,21 @@ All bending modes move alike. Every shaft is a little stiffer or softer than its
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ksmea.arrays import Array
-from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.finite_elements.segments import CouplingSegment, Material
+from problems.rotor.inputs.number_effect import NumberEffect
+from problems.rotor.inputs.places import Place, material_paths
 
 LARGEST = 0.2
 NOTICED = (0.003, 0.1)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)
-class YoungsModulus(RotorEffect):
+class YoungsModulus(NumberEffect):
     """The shaft is stiffer or softer throughout."""
 
     words = "shaft stiffness"
@@ -43,12 +41,6 @@ class YoungsModulus(RotorEffect):
 
     sizes = (Size("youngs_modulus_change", "%", LARGEST, drawn=NOTICED),)
 
-    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        def stiffer(material: Material) -> Material:
-            return dataclasses.replace(material, young_modulus=material.young_modulus * (1 + float(theta[0])))
-
-        segments = (
-            segment if isinstance(segment, CouplingSegment) else segment.with_materials(stiffer)
-            for segment in rotor.segments
-        )
-        return dataclasses.replace(rotor, segments=tuple(segments))
+    def numbers_of(self, rotor: Rotor) -> Iterator[Place]:
+        for path, material in material_paths(rotor):
+            yield Place((*path, "young_modulus"), material.young_modulus)

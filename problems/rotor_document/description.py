@@ -20,6 +20,7 @@ from ksmea.settings.document import Block, Units, inside
 from problems.rotor.finite_elements.bearing import Bearing, mirrored_bearing
 from problems.rotor.finite_elements.data import HousingProbe, Rotor
 from problems.rotor.inputs.numbers import ProbeNumber, RotorNumbers
+from problems.rotor.inputs.probe_places import ProbePlace
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, PedestalTarget, Target, Unknown, changes_sign
 from problems.rotor_document.bearings import read_bearing, read_plane, read_seal
@@ -276,21 +277,21 @@ def _mirrored_inexact(inexact: Inexact) -> Inexact:
         return tuple(map(_mirrored_probe, own))
 
     uncertain = inexact.uncertain
-    exact = tuple(
-        (reading, position, direction and _mirrored_direction(direction))
-        for reading, position, direction in uncertain.exact_probes
-    )
     uncertain = replace(
         uncertain,
         unknowns=_mirrored_unknowns(uncertain.unknowns, {})[0],
         probes=probes(uncertain.probes),
-        exact_probes=exact,
+        exact_probes=tuple(map(_mirrored_place, uncertain.exact_probes)),
     )
     return replace(inexact, probes=probes(inexact.probes), uncertain=uncertain)
 
 
 def _mirrored_probe(number: ProbeNumber) -> ProbeNumber:
-    direction = number.direction and _mirrored_direction(number.direction)
-    if number.reading != "direction":
-        return replace(number, direction=direction)
-    return replace(number, parameter=_reversed(number.parameter), stated=-number.stated, direction=direction)
+    place = _mirrored_place(number.place)
+    if place.reading != "direction":
+        return replace(number, place=place)
+    return replace(number, parameter=_reversed(number.parameter), stated=-number.stated, place=place)
+
+
+def _mirrored_place(place: ProbePlace) -> ProbePlace:
+    return replace(place, direction=place.direction and _mirrored_direction(place.direction))

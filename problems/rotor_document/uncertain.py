@@ -24,6 +24,7 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.segments import CouplingSegment, Material
 from problems.rotor.inputs.numbers import ProbeNumber, RotorNumber
 from problems.rotor.inputs.places import Place
+from problems.rotor.inputs.probe_places import READINGS, ProbePlace
 from problems.rotor.inputs.tolerances import IN_WORDS, NONE, TYPICAL, Tolerances, known_to, material_places, named_by
 from problems.rotor.inputs.uncertain import UncertainNumbers
 from problems.rotor.response.unknowns import (
@@ -281,17 +282,15 @@ def _of_kind(items: Sequence[Item], *, is_input: bool) -> tuple[Item, ...]:
     return tuple(item for item in items if item.parameter.is_input == is_input)
 
 
-def _probes(
-    reader: _Reader, stated: Sequence[StatedNumber]
-) -> tuple[list[ProbeNumber], tuple[tuple[str, float, str | None], ...]]:
+def _probes(reader: _Reader, stated: Sequence[StatedNumber]) -> tuple[list[ProbeNumber], tuple[ProbePlace, ...]]:
     """Numbers of probes: one position for all at a plane, gains and directions of each."""
-    found: dict[tuple[str, float, str | None], ProbeNumber] = {}
-    sizes: dict[tuple[str, float, str | None], float | None] = {}
+    found: dict[ProbePlace, ProbeNumber] = {}
+    sizes: dict[ProbePlace, float | None] = {}
     for each in stated:
         index = each.path[1]
         assert isinstance(index, int), "a list of probes"
         channel = reader.channels[index]
-        if each.key not in ("position", "direction", "gain"):
+        if each.key not in READINGS:
             raise _refusal(each)
         if each.key == "gain" and each.value != 1:
             raise each.block.error(
@@ -299,7 +298,7 @@ def _probes(
             )
         direction = None if each.key == "position" else channel.direction
         at = f"at {channel.position:g} m"
-        place = (each.key, channel.position, direction)
+        place = ProbePlace(each.key, channel.position, direction)
         if place in sizes:
             if sizes[place] != each.sd:
                 raise each.block.error(
@@ -315,7 +314,7 @@ def _probes(
             name = name_at(f"{each.key}_{direction}", at)
             words = f"{each.key} of {named(direction)} {at}"
         parameter = reader.parameter(each, name, words)
-        found[place] = ProbeNumber(parameter, reader.value(each), each.key, channel.position, direction)
+        found[place] = ProbeNumber(parameter, reader.value(each), place)
     exact = tuple(place for place in sizes if place not in found)
     return list(found.values()), exact
 

@@ -20,7 +20,7 @@ shaft:
   - {{length: 0.30, outer_diameter: 0.052, material: steel, elements: 4}}
 disks:
   - {{position: 0.0, outer_diameter: 0.14, inner_diameter: 0.045, thickness: 0.03, material: steel}}
-  - {{position: {disk}, mass: {mass}, polar_inertia: 0.06, diametral_inertia: 0.033}}
+  - {{position: {disk}, mass: {mass}, polar_inertia: {polar}, diametral_inertia: {diametral}}}
 bearings:
   - {{position: {bearing}, kxy: {cross}}}
   - {{position: 0.55}}
@@ -41,7 +41,7 @@ unknowns:
 """
 EXACT = {
     "modulus": 205, "density": 7850, "diameter": 0.057, "disk": 0.85, "mass": 9.0, "bearing": 0.12, "cross": 0.5, "probe": 0.16,
-    "gain": 1, "direction": "y", "more": "",
+    "gain": 1, "direction": "y", "polar": 0.06, "diametral": 0.033, "more": "",
 }  # fmt: skip
 UNCERTAIN = {
     "modulus": "{value: 205, sd: 2 %}",

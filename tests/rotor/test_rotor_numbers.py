@@ -42,6 +42,25 @@ def test_a_number_that_is_off_is_a_file_that_says_so(tmp_path, name, sizes, writ
     assert np.abs(problem.response(x[None])[0] - expected).max() < 1e-9 * np.abs(expected).max()
 
 
+@pytest.mark.parametrize(
+    ("name", "settings", "size", "written"),
+    [
+        ("youngs_modulus", {}, 0.04, {"modulus": 205 * 1.04}),
+        ("mass", {}, 0.05, {"density": 7850 * 1.05, "mass": 9.45, "polar": 0.063, "diametral": 0.03465}),
+        ("probe_position", {"position": 0.16}, 0.02, {"probe": 0.18}),
+        ("probe_rotation", {"position": 0.16, "direction": "y"}, np.radians(8), {"direction": 98}),
+    ],
+)
+def test_an_effect_that_is_a_wrong_number_is_a_file_that_says_so(tmp_path, name, settings, size, written):
+    problem = registry.create("effect", name, settings).added_to(rotor_file(tmp_path, "plain"))
+    other = rotor_file(tmp_path, "other", **written)
+    own = true_values(pump(tmp_path))
+    expected = other.response(own[None])[0]
+    # 1e-9: matrices and elimination round otherwise
+    found = problem.response(np.append(own, size)[None])[0]
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+
+
 def test_a_gain_multiplies_what_its_probe_reads(tmp_path):
     settings = pump(tmp_path, gain="{value: 1, sd: 2 %}")
     problem = settings.build().joint
@@ -147,3 +166,37 @@ def test_a_housing_probe_moves_with_its_housing(tmp_path):
     response, _ = problem.linearised(x)
     for other in (problem.response(x[None])[0], problem.dense_response(x[None])[0]):
         assert np.abs(response - other).max() < 1e-9 * np.abs(response).max()
+
+
+@pytest.mark.parametrize(("name", "size"), [("probe_position", 0.004), ("probe_rotation", np.radians(7))])
+def test_effects_on_housing_probes_are_numbers_of_them(tmp_path, name, size):
+    """Probes that a housing carries are moved by an effect as by a number of the file, and still read against it."""
+    text = PUMP.format(**EXACT).replace("{position: 0.55}", "{position: 0.55, support: {kxx: 90, kyy: 60}}")
+    stated = [f"  - {{position: 0.51, direction: {direction}}}" for direction in "xy"]
+    position, turned = (0.514, ("x", "y")) if name == "probe_position" else (0.51, (7, 97))
+
+    def machine(position, directions):
+        changed = text
+        for line, direction in zip(stated, directions):
+            probe = f"  - {{position: {position}, direction: {direction}, relative_to: bearing 2}}"
+            changed = changed.replace(line, probe)
+        (tmp_path / "housing.yaml").write_text(changed)
+        return RotorFile(str(tmp_path / "housing.yaml")).build()
+
+    plain, other = machine(0.51, ("x", "y")), machine(position, turned)
+    problem = registry.create("effect", name, {"position": 0.51}).added_to(plain)
+    own = true_values(pump(tmp_path))
+    x = np.append(own, size)
+    expected = other.response(own[None])[0]
+    for response in (problem.response(x[None])[0], problem.linearised(x)[0], problem.dense_response(x[None])[0]):
+        assert np.abs(response - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("name", ["probe_position", "probe_rotation"])
+def test_slopes_of_moved_probes_are_those_of_the_response(tmp_path, name):
+    problem = registry.create("effect", name, {"position": 0.16}).added_to(rotor_file(tmp_path, "plain"))
+    parameters, x = problem.parameters, np.append(true_values(pump(tmp_path)), 0.01)
+    around = central_differences(x, 1e-5 * parameters.width, parameters.lower, parameters.upper)
+    expected = around.derivative(problem.response(around.points))
+    allowed = 1e-4 * np.abs(expected).max(axis=(0, 1))  # third derivatives times the square of the step of the probes
+    assert np.all(np.abs(problem.linearised(x)[1] - expected).max(axis=(0, 1)) < allowed)

@@ -16,6 +16,7 @@ Sign convention: real quantities are Re(· e^{iΩt}); a bearing pushes the shaft
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -25,7 +26,7 @@ from scipy.linalg import block_diag
 from ksmea.arrays import Array, ComplexArray
 from ksmea.numerics.differences import CentralDifferences, central_differences
 from ksmea.problem.load import Load
-from problems.rotor.extension.rotor_slopes import STEP, WholeShaft, seen_changes
+from problems.rotor.extension.rotor_slopes import PROBE_STEP, STEP, WholeShaft, ends, seen_changes
 from problems.rotor.extension.with_effects import RotorWithEffects
 from problems.rotor.response.banded import solve_both_ways
 
@@ -37,7 +38,7 @@ class Solution:
     seen: ComplexArray  # response of the seen channels to each load (n_seen, n_load, n_speed)
     seen_per_port: ComplexArray  # and to unit forces at the ports (n_seen, n_port, n_speed), m/N
     columns_at_ports: ComplexArray  # (n_port, n_column, n_speed)
-    by_rotor: Mapping[int, ComplexArray]  # ∂columns/∂x at the seen channels, by unknown (n_seen, n_column, n_speed)
+    costly: Mapping[int, ComplexArray]  # ∂columns/∂x at the seen channels, by unknown (n_seen, n_column, n_speed)
 
 
 def linearised(problem: RotorWithEffects, x: Array, loads: tuple[Load, ...] = ()) -> tuple[ComplexArray, ComplexArray]:
@@ -51,7 +52,7 @@ def linearised(problem: RotorWithEffects, x: Array, loads: tuple[Load, ...] = ()
     impedance, sizes = problem.impedances_and_sizes(points)
     n_own, n_unit = sizes.shape[1], len(problem.unit_loads_with(loads))
     weights = block_diag(sizes[0][:, None], np.eye(n_unit))  # of the loads in each column
-    solve = _over_shaft if len(problem.costly) else _at_ports
+    solve = _at_ports if np.all(problem.of_probes[problem.costly]) else _over_shaft
     solution = solve(problem, x, impedance[:, 0], weights, loads)
 
     columns = np.einsum("rls,lc->rcs", solution.seen, weights)
@@ -62,7 +63,7 @@ def linearised(problem: RotorWithEffects, x: Array, loads: tuple[Load, ...] = ()
         moved = np.flatnonzero(np.any(by_impedance[:, index], axis=1))
         push = solution.seen_per_port[:, item.row_port, None] * solution.columns_at_ports[item.column_port]
         change[moved] -= push * by_impedance[moved, index, None, None]
-    for unknown, by_unknown in solution.by_rotor.items():
+    for unknown, by_unknown in solution.costly.items():
         change[unknown] += by_unknown
     return _shown(problem, points, differences, columns.transpose(2, 0, 1), change.transpose(0, 3, 1, 2))
 
@@ -90,11 +91,23 @@ def _shown(
 def _at_ports(
     problem: RotorWithEffects, x: Array, impedance: ComplexArray, weights: ComplexArray, loads: tuple[Load, ...]
 ) -> Solution:
-    """With impedances (n_impedance, n_speed), by the receptances of a rotor that no unknown changes."""
-    reduction = problem.reduction((), loads)
-    receptance, n_port = reduction.receptance_on(impedance), reduction.n_port
+    """With impedances (n_impedance, n_speed), by the receptances of a rotor whose probes alone may move."""
+    reduction = problem.reduction(tuple(x[problem.costly]), loads)
+    n_port, n_row = reduction.n_port, len(reduction.receptance)
+    slopes = [_probe_slope(problem, x, unknown, loads)[n_port:] for unknown in problem.costly]  # rows like any others
+    whole = dataclasses.replace(reduction, receptance=np.concatenate([reduction.receptance, *slopes]))
+    receptance = whole.receptance_on(impedance)
+    seen, *by_probes = np.split(receptance[n_port:, n_port:], len(slopes) + 1)
+    costly = {int(unknown): np.einsum("rls,lc->rcs", each, weights) for unknown, each in zip(problem.costly, by_probes)}
     columns_at_ports = np.einsum("pls,lc->pcs", receptance[:n_port, n_port:], weights)
-    return Solution(receptance[n_port:, n_port:], receptance[n_port:, :n_port], columns_at_ports, {})
+    return Solution(seen, receptance[n_port:n_row, :n_port], columns_at_ports, costly)
+
+
+def _probe_slope(problem: RotorWithEffects, x: Array, unknown: int, loads: tuple[Load, ...]) -> ComplexArray:
+    """∂/∂x of the receptances about nominal bearings by an unknown that moves probes."""
+    below, above = ends(problem, x, unknown, PROBE_STEP)
+    first, second = (problem.reduction(tuple(end[problem.costly]), loads).receptance for end in (below, above))
+    return np.asarray((second - first) / (above[unknown] - below[unknown]))
 
 
 def _over_shaft(

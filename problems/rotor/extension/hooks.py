@@ -38,7 +38,7 @@ class RotorHooks(ABC):
     has_loads = Given("loads")  # with `load_sizes`
     turns = Given("turning_rows")  # with `turning_stiffness` and `weight`
     # Effects act from the lowest stage to the highest, in whatever order they were added: what a probe sees (0) before its
-    # angle (1), and that before its gain (2). Supports carry the bearings as all other effects leave them.
+    # gain (2). Supports carry the bearings as all other effects leave them.
     stage: ClassVar[int] = 0
 
     @abstractmethod

@@ -164,15 +164,15 @@ def _read_change(shaft: WholeShaft, x: Array, unknown: int, motion: ComplexArray
     """∂(seen motion)/∂x (n_speed, n_seen, n_column) by an unknown that moves probes alone."""
     problem = shaft.problem
     if problem.base.rotor.housing_probes:
-        below, above, width = _ends(shaft, x, unknown, PROBE_STEP)
-        return np.asarray((above.rows() - below.rows()) @ motion / width)
-    ends = _points(problem, x, unknown, PROBE_STEP)
-    first, second = (problem.channels_with(end[problem.costly]) for end in ends)
-    found = np.zeros((len(motion), len(first), motion.shape[2]), dtype=complex)
-    moved = [index for index, each in enumerate(first) if each != second[index]]
+        first, second, width = _ends(shaft, x, unknown, PROBE_STEP)
+        return np.asarray((second.rows() - first.rows()) @ motion / width)
+    below, above = ends(problem, x, unknown, PROBE_STEP)
+    before, after = (problem.channels_with(end[problem.costly]) for end in (below, above))
+    found = np.zeros((len(motion), len(before), motion.shape[2]), dtype=complex)
+    moved = [index for index, each in enumerate(before) if each != after[index]]
     if moved:
-        lower, upper = (channel_rows(shaft.rotor, [channels[index] for index in moved]) for channels in (first, second))
-        found[:, moved] = (upper - lower) @ motion / (ends[1][unknown] - ends[0][unknown])
+        lower, upper = (channel_rows(shaft.rotor, [channels[index] for index in moved]) for channels in (before, after))
+        found[:, moved] = (upper - lower) @ motion / (above[unknown] - below[unknown])
     return found
 
 
@@ -194,12 +194,12 @@ def _slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
 
 def _new_slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
     step = LINEAR_STEP if problem.linear[unknown] else MATRIX_STEP
-    below, above = _points(problem, x, unknown, step)
+    below, above = ends(problem, x, unknown, step)
     rotors = problem.rotor_with(below), problem.rotor_with(above)
     return MatrixSlope.between(*rotors, float(above[unknown] - below[unknown]))
 
 
-def _points(problem: RotorWithEffects, x: Array, unknown: int, step: float) -> tuple[Array, Array]:
+def ends(problem: RotorWithEffects, x: Array, unknown: int, step: float) -> tuple[Array, Array]:
     """x with one unknown on both sides of its value, within its limits."""
     parameter = problem.parameters.items[unknown]
     by = step * (parameter.upper - parameter.lower)
@@ -212,7 +212,7 @@ def _points(problem: RotorWithEffects, x: Array, unknown: int, step: float) -> t
 def _ends(shaft: WholeShaft, x: Array, unknown: int, step: float) -> tuple[WholeShaft, WholeShaft, float]:
     """The shaft on both sides of an unknown's value, and their distance."""
     problem = shaft.problem
-    below, above = _points(problem, x, unknown, step)
+    below, above = ends(problem, x, unknown, step)
     first, second = (
         WholeShaft(
             problem,

@@ -11,7 +11,7 @@ import itertools
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -29,11 +29,12 @@ from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.response.links import Impedance
 from problems.rotor.response.model import impedances_of
 from problems.rotor.response.problem import RotorProblem
-from problems.rotor.response.receptance import Reduction, at_harmonic, reduce_rotor
+from problems.rotor.response.receptance import Reduction, ShaftMotion, at_harmonic, reduce_rotor, shaft_motion
 from problems.rotor.response.unknowns import Inputs
 
 MAX_ROTORS = 8  # kept as effects have changed them
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
+MAX_MOTIONS = 2  # kept of whole shafts: large ones have 100 MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -335,9 +336,13 @@ class RotorWithEffects:
 
         def reduced() -> Reduction:
             rotor, units = self.changed_rotor(base.rotor, np.array(changing)), self.unit_loads_with(loads)
-            forces = self.further_forces(rotor, loads, harmonic)
             rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
-            return reduce_rotor(rotor, self.impedances, base.speed, seen, forces, rows=rows, harmonic=harmonic)
+            forces = self.further_forces(rotor, loads, harmonic)
+            if not np.any(self.of_probes[self.costly]):
+                return reduce_rotor(rotor, self.impedances, base.speed, seen, forces, rows=rows, harmonic=harmonic)
+            of_rotor = tuple(np.where(self.of_probes[self.costly], 0.0, changing))
+            move = partial(shaft_motion, rotor, self.impedances, base.speed, forces, harmonic=harmonic)
+            return recent(self._motions, (of_rotor, loads, harmonic), move, MAX_MOTIONS).read_by(rotor, seen, rows)
 
         if not self._shapes_reduction:
             kept = base.reductions_beside_effects
@@ -346,6 +351,11 @@ class RotorWithEffects:
 
     @cached_property
     def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...], float], Reduction]:
+        return OrderedDict()
+
+    @cached_property
+    def _motions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...], float], ShaftMotion]:
+        """Motions of the whole shaft that probes are read from, wherever they stand."""
         return OrderedDict()
 
     @property

@@ -5,7 +5,9 @@ Disks as rings of known mass and size.
 
 from __future__ import annotations
 
+import bisect
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -63,19 +65,19 @@ def _with_hubs(element: Element, hubs: Sequence[Hub]) -> Element:
 
 def element_at(rotor: Rotor, index: int) -> Element:
     """One of these."""
-    ends = np.cumsum([segment.n_element for segment in rotor.segments])
-    place = int(np.searchsorted(ends, index, side="right"))
+    ends = list(itertools.accumulate(segment.n_element for segment in rotor.segments))
+    place = bisect.bisect_right(ends, index)
     owner = rotor.segments[place]
-    element = _element(owner, index - int(ends[place]) + owner.n_element, float(rotor.node_positions[index]))
+    element = _element(owner, index - ends[place] + owner.n_element, float(rotor.node_positions[index]))
     return _with_hubs(element, rotor.hubs) if rotor.hubs else element
 
 
 def locate(rotor: Rotor, position: float) -> tuple[int, float]:
     """The element that holds a position (m), and the location inside it as a fraction of its length."""
     nodes = rotor.node_positions
-    element = int(np.clip(np.searchsorted(nodes, position, side="right") - 1, 0, len(nodes) - 2))
-    fraction = (position - nodes[element]) / (nodes[element + 1] - nodes[element])
-    return element, float(np.clip(fraction, 0.0, 1.0))
+    element = min(max(int(np.searchsorted(nodes, position, side="right")) - 1, 0), len(nodes) - 2)
+    fraction = float((position - nodes[element]) / (nodes[element + 1] - nodes[element]))
+    return element, min(max(fraction, 0.0), 1.0)
 
 
 def diameter_at(rotor: Rotor, position: float) -> float:

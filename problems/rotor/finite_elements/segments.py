@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ksmea.errors import SettingError, unknown
 from problems.rotor.finite_elements.bearing import LARGEST
@@ -131,11 +130,6 @@ class ShaftSegment:
         of_layers = (each.material.density * _volume(each) for each in self.layers if each.carries != "stiffness")
         return self.length * (self.material.density * _volume(self) + sum(of_layers))
 
-    def with_materials(self, changed: Callable[[Material], Material]) -> ShaftSegment:
-        """The segment with other materials, layers included."""
-        layers = tuple(dataclasses.replace(each, material=changed(each.material)) for each in self.layers)
-        return dataclasses.replace(self, material=changed(self.material), layers=layers)
-
 
 def _volume(ring: ShaftSegment | Layer) -> float:
     """m³ per m of length."""
@@ -182,12 +176,6 @@ class CouplingSegment:
     @property
     def layers(self) -> tuple[Layer, ...]:
         return ()
-
-    def heavier(self, factor: float) -> CouplingSegment:
-        """With other masses and inertias."""
-        names = ("masses", "polar_inertias", "diametral_inertias")
-        changed: dict[str, Any] = {name: tuple(factor * each for each in getattr(self, name)) for name in names}
-        return dataclasses.replace(self, **changed)
 
     def ends(self) -> tuple[Disk, Disk]:
         """Masses and inertias at its ends."""

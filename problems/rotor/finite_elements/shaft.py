@@ -281,12 +281,12 @@ def displacement_row(element: Element, fraction: float, direction: str) -> Array
     It applies to the degrees of freedom of the element.
     """
     if is_cylinder(element):
-        return _deflection_row(element.length, shear_parameter(element), fraction, direction)
-    along_x, along_y = cosines(direction)
-    if isinstance(element.segment, CouplingSegment):  # straight between its ends
+        shapes = _deflection(element.length, shear_parameter(element), fraction)
+    elif isinstance(element.segment, CouplingSegment):  # straight between its ends
         shapes = np.array([1 - fraction, 0.0, fraction, 0.0])
     else:
         shapes = rings(element)[0].shapes(fraction)[0]
+    along_x, along_y = cosines(direction)
     return np.asarray(shapes @ (along_x * X_PLANE + along_y * Y_PLANE))
 
 
@@ -302,11 +302,10 @@ def rotation_rows(element: Element, fraction: float) -> Array:
 
 
 @lru_cache(MAX_KEPT)
-def _deflection_row(length: float, phi: float, fraction: float, direction: str) -> Array:
-    along_x, along_y = cosines(direction)
-    row = np.asarray(deflection_shapes(length, phi, fraction) @ (along_x * X_PLANE + along_y * Y_PLANE))
-    row.flags.writeable = False
-    return row
+def _deflection(length: float, phi: float, fraction: float) -> Array:
+    shapes = deflection_shapes(length, phi, fraction)
+    shapes.flags.writeable = False
+    return shapes
 
 
 def _integral_of_products(shapes: Shapes, element: Element) -> Array:

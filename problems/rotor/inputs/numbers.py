@@ -9,22 +9,20 @@ alone it is unknown. `RotorNumbers` are the hooks by which a rotor has them in a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices, Mask
-from ksmea.measurement.channel import Channel, direction_at
+from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter
-from ksmea.units import DEGREE
 from problems.rotor.extension.extended import ExtendedPhysics
 from problems.rotor.extension.hooks import RotorHooks
-from problems.rotor.finite_elements.data import SAME_PLACE, HousingProbe, Rotor
+from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.inputs.places import Place, with_changes
+from problems.rotor.inputs.probe_places import ProbePlace, moved, scaled, with_moved_housing_probes
 from problems.rotor.response.problem import RotorProblem
-
-READINGS = ("position", "direction", "gain")
 
 
 @dataclass(frozen=True)
@@ -42,19 +40,11 @@ class RotorNumber:
 
 @dataclass(frozen=True)
 class ProbeNumber:
-    """Number of probes at a position: `position` (m), `direction` (rad from x towards y) or `gain`.
-
-    It is of one direction or of all, with its value in the rotor file (SI). Several gains of one probe multiply.
-    """
+    """A number of probes, its value in the rotor file (SI) and its place. Several gains of one probe multiply."""
 
     parameter: Parameter
     stated: float
-    reading: str
-    position: float  # m
-    direction: str | None = None  # None: all
-
-    def reads(self, channel: Channel) -> bool:
-        return abs(channel.position - self.position) <= SAME_PLACE and self.direction in (None, channel.direction)
+    place: ProbePlace
 
 
 def are_known_to_tolerance(problem: RotorProblem, field: str) -> bool:
@@ -106,40 +96,24 @@ class RotorNumbers(RotorHooks):
             for place in number.places
         ]
         changed = with_changes(rotor, changes)
-        if not changed.housing_probes or not self._moving:
-            return changed
-        return replace(changed, housing_probes=tuple(self._carried(probe, theta) for probe in changed.housing_probes))
-
-    def _carried(self, probe: HousingProbe, theta: Array) -> HousingProbe:
-        """A probe on a housing where it is now."""
-        named = [Channel(probe.position, probe.direction or "x")]
-        [seen] = self.moved(named, named, theta)
-        return replace(probe, position=seen.position, direction=probe.direction and seen.direction)
+        return with_moved_housing_probes(changed, self._moves(theta)) if changed.housing_probes else changed
 
     @property
     def _moving(self) -> list[tuple[int, ProbeNumber]]:
         """Probe numbers but gains, with their index among the unknowns."""
-        own = enumerate(self.probes, start=len(self.numbers))
-        return [(index, probe) for index, probe in own if probe.reading != "gain"]
+        return [(index, probe) for index, probe in self._of_probes if probe.place.reading != "gain"]
+
+    @property
+    def _of_probes(self) -> list[tuple[int, ProbeNumber]]:
+        return list(enumerate(self.probes, start=len(self.numbers)))
+
+    def _moves(self, theta: Array) -> list[tuple[ProbePlace, float]]:
+        return [(number.place, float(theta[index]) - number.stated) for index, number in self._moving]
 
     def moved(self, looking: Sequence[Channel], channels: Sequence[Channel], theta: Array) -> tuple[Channel, ...]:
-        found = list(looking)
-        for index, number in self._moving:
-            change = float(theta[index]) - number.stated
-            for place, channel in enumerate(channels):
-                if not number.reads(channel):
-                    continue
-                if number.reading == "position":
-                    found[place] = replace(found[place], position=found[place].position + change)
-                elif change:
-                    turned = direction_at(found[place].angle + change / DEGREE)
-                    found[place] = replace(found[place], direction=turned)
-        return tuple(found)
+        return moved(looking, channels, self._moves(theta))
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
-        start = len(self.numbers)
-        gain = np.ones((len(theta), len(channels)))
-        for column, number in zip(theta[:, start:].T, self.probes):
-            if number.reading == "gain":
-                gain[:, [number.reads(channel) for channel in channels]] *= column[:, None]
-        return response * gain[:, None]
+        gains = [(index, number) for index, number in self._of_probes if number.place.reading == "gain"]
+        changes = [(number.place, theta[:, index] - number.stated) for index, number in gains]
+        return scaled(response, channels, changes)

@@ -9,12 +9,12 @@ Place(path=('segments', 2, 'outer_radius'), scale=0.5)
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.finite_elements.segments import Disk, RingSize
+from problems.rotor.finite_elements.segments import Disk, Material, RingSize, ShaftSegment
 
 Step = str | int
 
@@ -41,6 +41,15 @@ def with_changes(rotor: Rotor, changes: Iterable[tuple[Place, float]]) -> Rotor:
             branch[place.path[-1]] = branch.get(place.path[-1], 0.0) + place.scale * change
     changed: Rotor = _changed(rotor, tree)
     return changed
+
+
+def material_paths(rotor: Rotor) -> Iterator[tuple[tuple[Step, ...], Material]]:
+    """The materials of a rotor's segments and of their layers, with their paths."""
+    for index, segment in enumerate(rotor.segments):
+        if isinstance(segment, ShaftSegment):
+            yield ("segments", index, "material"), segment.material
+            for layer, each in enumerate(segment.layers):
+                yield ("segments", index, "layers", layer, "material"), each.material
 
 
 def _changed(part: Any, tree: dict[Step, Any]) -> Any:

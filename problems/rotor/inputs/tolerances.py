@@ -13,9 +13,10 @@ from ksmea.measurement.channel import Channel, named
 from ksmea.problem.parameters import Parameter, Prior, name_at
 from ksmea.units import DEGREE, MILLIMETRE
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
+from problems.rotor.finite_elements.segments import Disk, Material
 from problems.rotor.inputs.numbers import ProbeNumber, RotorNumber
-from problems.rotor.inputs.places import Place, Step
+from problems.rotor.inputs.places import Place, material_paths
+from problems.rotor.inputs.probe_places import ProbePlace
 
 REACH = 6.0  # standard deviations to either side within which a number is searched
 TIMES = "times"  # the unit of a factor
@@ -104,17 +105,7 @@ def material_places(rotor: Rotor, material: Material, field: str) -> tuple[Place
 
     Segments, their layers, rings of the same density.
     """
-    paths: list[tuple[Step, ...]] = []
-    for index, segment in enumerate(rotor.segments):
-        if not isinstance(segment, ShaftSegment):
-            continue
-        if segment.material == material:
-            paths.append(("segments", index, "material", field))
-        paths += [
-            ("segments", index, "layers", layer, "material", field)
-            for layer, each in enumerate(segment.layers)
-            if each.material == material
-        ]
+    paths = [(*path, field) for path, each in material_paths(rotor) if each == material]
     if field == "density":
         paths += [
             ("disks", index, "ring", "density")
@@ -163,4 +154,4 @@ def probe_number(
     direction: str | None = None,
 ) -> ProbeNumber:
     parameter = known_to(name, words, unit, prior)
-    return ProbeNumber(parameter, prior.value, reading, position, direction)
+    return ProbeNumber(parameter, prior.value, ProbePlace(reading, position, direction))

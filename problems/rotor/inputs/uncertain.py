@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from problems.rotor.finite_elements.segments import Material
 from problems.rotor.inputs.numbers import ProbeNumber, RotorNumber, RotorNumbers
 from problems.rotor.inputs.places import Place
+from problems.rotor.inputs.probe_places import ProbePlace
 from problems.rotor.inputs.tolerances import NONE, Tolerances, probe_numbers, rotor_numbers
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import Unknown
@@ -28,7 +29,7 @@ class UncertainNumbers:
     probes: tuple[ProbeNumber, ...] = ()
     tolerances: Tolerances = NONE
     exact: frozenset[Place] = frozenset()
-    exact_probes: tuple[tuple[str, float, str | None], ...] = ()  # reading, position, direction
+    exact_probes: tuple[ProbePlace, ...] = ()
     materials: Mapping[str, Material] = field(default_factory=dict)
 
     @property
@@ -49,15 +50,10 @@ class UncertainNumbers:
             places = tuple(place for place in number.places if place.path not in known)
             if places:
                 numbers.append(dataclasses.replace(number, places=places))
-        seen = [probe for probe in self.probes if any(probe.reads(channel) for channel in plain.channels)]
+        seen = [probe for probe in self.probes if any(map(probe.place.reads, plain.channels))]
         seen_before = [each for effect in problem.effects if isinstance(effect, RotorNumbers) for each in effect.probes]
-        stated = {(probe.reading, probe.position, probe.direction) for probe in (*self.probes, *seen_before)}
-        stated |= set(self.exact_probes)
-        seen += [
-            probe
-            for probe in probe_numbers(plain.channels, self.tolerances)
-            if (probe.reading, probe.position, probe.direction) not in stated
-        ]
+        stated = {*(probe.place for probe in (*self.probes, *seen_before)), *self.exact_probes}
+        seen += [probe for probe in probe_numbers(plain.channels, self.tolerances) if probe.place not in stated]
         unknowns = _without_known(self.unknowns, plain.unknowns)
         if not (unknowns or numbers or seen):
             return dataclasses.replace(plain, uncertain=None).with_effects(problem.effects, problem.near)

@@ -17,10 +17,9 @@ Re(· e^{ihΩt}), with impedances at that frequency; unbalance does nothing ther
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -118,6 +117,51 @@ class Reduction:
         return updated_receptance(self.receptance[np.ix_(rows, columns)], self.impedances, change, self.n_port)[:, :, 0]
 
 
+@dataclass(frozen=True, eq=False)
+class ShaftMotion:
+    """Motion of the whole shaft about nominal bearings, from which probes are read wherever they stand."""
+
+    speed: Array  # (n_speed,) rad/s
+    impedances: tuple[Impedance, ...]
+    nominal: ComplexArray  # (n_impedance, n_speed) N/m
+    motion: (
+        ComplexArray  # (n_speed, n_dof, n_port + n_plane + n_load): m/N, m per kg m of unbalance, m per unit of a load
+    )
+    harmonic: float = 1.0
+
+    def read_by(self, rotor: Rotor, channels: Sequence[Channel], rows: Array | None = None) -> Reduction:
+        """The rotor seen from its ports and by channels, and by rows (n_row, n_dof).
+
+        `rotor` is the one that moves so; the probes on its housings may be others.
+        """
+        links = _links(rotor, self.impedances, self.nominal, self.speed, channels, self.harmonic)
+        receptance = _receptance(rotor, links, self.motion, channels, rows, self.harmonic)
+        return Reduction(self.speed, self.impedances, self.nominal, receptance, self.harmonic)
+
+
+def shaft_motion(
+    rotor: Rotor,
+    impedances: tuple[Impedance, ...],
+    speed: Array,
+    loads: ComplexArray | None = None,
+    *,
+    harmonic: float = 1.0,
+) -> ShaftMotion:
+    """Motion of the whole shaft; arguments and nominal impedances as of `reduce_rotor`."""
+    nominal = nominal_impedances(rotor, impedances, speed, harmonic)
+    motion = [
+        _motion(
+            rotor,
+            _links(rotor, impedances, nominal[:, part], speed[part], (), harmonic),
+            speed[part],
+            _of(loads, part),
+            harmonic,
+        )
+        for part in _blocks(rotor, speed)
+    ]
+    return ShaftMotion(speed, impedances, nominal, np.concatenate(motion), harmonic)
+
+
 def reduce_rotor(
     rotor: Rotor,
     impedances: tuple[Impedance, ...],
@@ -135,50 +179,63 @@ def reduce_rotor(
     the chain that it is (`problems.rotor.response.banded`), block by block of the speeds.
     """
     nominal = nominal_impedances(rotor, impedances, speed, harmonic)
-    receptance = np.concatenate(
-        [
-            _receptance(
-                rotor, impedances, nominal[:, part], speed[part], channels, _of(loads, part), _of(rows, part), harmonic
-            )
-            for part in blocks(len(speed), DOF_PER_NODE * len(rotor.node_positions))
-        ],
-        axis=2,
-    )
-    return Reduction(speed, impedances, nominal, receptance, harmonic)
+    found = []
+    for part in _blocks(rotor, speed):
+        links = _links(rotor, impedances, nominal[:, part], speed[part], channels, harmonic)
+        motion = _motion(rotor, links, speed[part], _of(loads, part), harmonic)
+        found.append(_receptance(rotor, links, motion, channels, rows, harmonic))
+    return Reduction(speed, impedances, nominal, np.concatenate(found, axis=2), harmonic)
 
 
-def _of(values: Any, part: slice) -> Any:
-    """The part of values over speed; rows (n_row, n_dof) hold at all speeds."""
-    return values if values is None or values.ndim == 2 else values[part]
+def _blocks(rotor: Rotor, speed: Array) -> Iterator[slice]:
+    return blocks(len(speed), DOF_PER_NODE * len(rotor.node_positions))
 
 
-def _receptance(
+def _of(values: ComplexArray | None, part: slice) -> ComplexArray | None:
+    """The part of values over speed."""
+    return values if values is None else values[part]
+
+
+def _links(
     rotor: Rotor,
     impedances: tuple[Impedance, ...],
     nominal: ComplexArray,
     speed: Array,
     channels: Sequence[Channel],
-    loads: ComplexArray | None,
+    harmonic: float,
+) -> LinksOfShaft:
+    bearings = on_their_pedestals(rotor, impedances, nominal, speed, harmonic)
+    n_dof = DOF_PER_NODE * len(rotor.node_positions)
+    return LinksOfShaft(bearings, links_of(impedances), read_housings(rotor, channels, harmonic), n_dof, len(speed))
+
+
+def _motion(
+    rotor: Rotor, links: LinksOfShaft, speed: Array, loads: ComplexArray | None, harmonic: float
+) -> ComplexArray:
+    """`ShaftMotion.motion` at these speeds."""
+    stiffness = dynamic_stiffness_band(assemble_free(rotor), speed, harmonic)
+    add_to_band(stiffness, links.bearings)
+    of_ports, n_speed = links.port_forces(), len(speed)
+    of_unbalance = (
+        force_per_unbalance(rotor, speed) if harmonic == 1 else np.zeros((n_speed, links.n_dof, len(rotor.unbalance)))
+    )
+    at_ports = np.broadcast_to(of_ports, (n_speed, *of_ports.shape[-2:]))
+    forces = np.concatenate([at_ports, of_unbalance, *([] if loads is None else [loads])], axis=2)
+    return solve(stiffness, np.asarray(forces, dtype=complex))
+
+
+def _receptance(
+    rotor: Rotor,
+    links: LinksOfShaft,
+    motion: ComplexArray,
+    channels: Sequence[Channel],
     rows: Array | None,
     harmonic: float,
 ) -> ComplexArray:
     """`Reduction.receptance` at these speeds."""
-    bearings = on_their_pedestals(rotor, impedances, nominal, speed, harmonic)
-    free = assemble_free(rotor)
-    stiffness = dynamic_stiffness_band(free, speed, harmonic)
-    add_to_band(stiffness, bearings)
-    n_dof, n_speed = len(free.mass), len(speed)
-    links = LinksOfShaft(bearings, links_of(impedances), read_housings(rotor, channels, harmonic), n_dof, n_speed)
-    of_ports = links.port_forces()
-    of_unbalance = (
-        force_per_unbalance(rotor, speed) if harmonic == 1 else np.zeros((n_speed, n_dof, len(rotor.unbalance)))
-    )
-    at_ports = np.broadcast_to(of_ports, (n_speed, *of_ports.shape[-2:]))
-    forces = np.concatenate([at_ports, of_unbalance, *([] if loads is None else [loads])], axis=2)
-    motion = solve(stiffness, np.asarray(forces, dtype=complex))
     read = [links.port_rows(), links.reading_rows(channel_rows(rotor, channels, harmonic))]
     read += [] if rows is None else [rows]
-    receptance = _stacked(read, n_speed) @ motion  # (n_speed, row, column)
+    receptance = _stacked(read, len(motion)) @ motion  # (n_speed, row, column)
     if not links.is_on_ground:
         beside = links.beside_shaft(len(channels))
         receptance[:, : beside.shape[1], : beside.shape[2]] += beside

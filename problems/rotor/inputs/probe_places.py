@@ -1,0 +1,85 @@
+"""Places of numbers among probes, and what probes look at and read with other numbers there.
+
+>>> ProbePlace("gain", 0.5, "x")  # of one probe
+ProbePlace(reading='gain', position=0.5, direction='x')
+>>> ProbePlace("position", 0.5)  # of all probes of a plane
+ProbePlace(reading='position', position=0.5, direction=None)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.measurement.channel import Channel, direction_at
+from ksmea.units import DEGREE
+from problems.rotor.finite_elements.data import SAME_PLACE, HousingProbe, Rotor
+
+READINGS = ("position", "direction", "gain")
+
+
+@dataclass(frozen=True)
+class ProbePlace:
+    """One number of probes: `position` (m), `direction` (rad from x towards y) or `gain`.
+
+    It is of the probes at one position and in one direction; None: of all.
+    """
+
+    reading: str
+    position: float | None = None  # m
+    direction: str | None = None
+
+    def reads(self, channel: Channel) -> bool:
+        at_position = self.position is None or abs(channel.position - self.position) <= SAME_PLACE
+        return at_position and self.direction in (None, channel.direction)
+
+
+def moved(
+    looking: Sequence[Channel], channels: Sequence[Channel], changes: Sequence[tuple[ProbePlace, float]]
+) -> tuple[Channel, ...]:
+    """Probes with changes of their positions and directions.
+
+    Args:
+        looking: channels without these changes.
+        channels: channels as the measurement states them, by which places are found.
+        changes: places with changes, SI.
+    """
+    found = list(looking)
+    for place, change in changes:
+        if not change:
+            continue
+        for index, channel in enumerate(channels):
+            if not place.reads(channel):
+                continue
+            if place.reading == "position":
+                found[index] = replace(found[index], position=found[index].position + change)
+            else:
+                found[index] = replace(found[index], direction=direction_at(found[index].angle + change / DEGREE))
+    return tuple(found)
+
+
+def with_moved_housing_probes(rotor: Rotor, changes: Sequence[tuple[ProbePlace, float]]) -> Rotor:
+    """The rotor with probes that its housings carry where changes (SI) move them."""
+    return replace(rotor, housing_probes=tuple(_carried(probe, changes) for probe in rotor.housing_probes))
+
+
+def _carried(probe: HousingProbe, changes: Sequence[tuple[ProbePlace, float]]) -> HousingProbe:
+    stated = [Channel(probe.position, probe.direction or "x")]
+    [seen] = moved(stated, stated, changes)
+    return replace(probe, position=seen.position, direction=probe.direction and seen.direction)
+
+
+def scaled(
+    response: ComplexArray, channels: Sequence[Channel], changes: Sequence[tuple[ProbePlace, Array]]
+) -> ComplexArray:
+    """Readings (n, n_speed, n_channel) with changes (n,) of gains that are 1.
+
+    Several gains of one probe multiply.
+    """
+    gain = np.ones((len(response), len(channels)))
+    for place, change in changes:
+        gain[:, [place.reads(channel) for channel in channels]] *= 1 + change[:, None]
+    return response * gain[:, None]
