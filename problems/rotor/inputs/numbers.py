@@ -40,7 +40,10 @@ class RotorNumber:
 
 @dataclass(frozen=True)
 class ProbeNumber:
-    """A number of probes, its value in the rotor file (SI) and its place. Several gains of one probe multiply."""
+    """A number of probes, its value in the rotor file (SI) and its place.
+
+    Several gains of one probe multiply.
+    """
 
     parameter: Parameter
     stated: float
