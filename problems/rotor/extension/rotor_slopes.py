@@ -20,7 +20,7 @@ from ksmea.measurement.channel import Channel
 from ksmea.numerics.differences import recent
 from ksmea.problem.load import Load
 from problems.rotor.extension.with_effects import RotorWithEffects
-from problems.rotor.finite_elements.assembly import Matrices, assemble_free
+from problems.rotor.finite_elements.assembly import Matrices, assemble_differing, assemble_free
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
@@ -95,7 +95,7 @@ class MatrixSlope:
 
     @classmethod
     def between(cls, below: Rotor, above: Rotor, width: float) -> MatrixSlope:
-        first, second = (assemble_free.__wrapped__(rotor) for rotor in (below, above))
+        first, second = assemble_differing(below, above)
         parts = {name: (getattr(second, name) - getattr(first, name)) / width for name in NAMES}
         parts = {name: part for name, part in parts.items() if np.any(part)}
         hysteresis = _difference(first, second, width)

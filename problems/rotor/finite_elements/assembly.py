@@ -6,9 +6,10 @@ comes with damping that turns with the shaft, which sees the velocity q̇ − Ω
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TypeVar
 
 import numpy as np
@@ -19,7 +20,7 @@ from problems.rotor.finite_elements import shaft
 from problems.rotor.finite_elements.beside_node import bearing_rows, disk_rows
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE, Element, element_at, elements, locate
-from problems.rotor.finite_elements.segments import CouplingSegment, ShaftSegment
+from problems.rotor.finite_elements.segments import CouplingSegment, Disk, ShaftSegment
 
 Of = TypeVar("Of")
 MAX_KEPT = 16  # assembled rotors: many effects leave the rotor as it is, and fits come back to where they were
@@ -127,38 +128,62 @@ def assemble_free(rotor: Rotor) -> Matrices:
 
     They are kept, and not to be written to.
     """
-    matrices = of_elements(rotor, shaft.element_matrices)
-    mass = chained([each.mass for each in matrices])
-    gyroscopic = chained([each.gyroscopic for each in matrices])
-    stiffness = chained([each.stiffness for each in matrices])
-    seated = [(disk, *disk_rows(rotor, disk)) for disk in (*rotor.disks, *rotor.masses)]
+    found = _assembled(rotor, range(len(rotor.segments)), (*rotor.disks, *rotor.masses))
+    for matrix in (found.mass, found.damping, found.gyroscopic, found.stiffness, found.circulatory, found.hysteretic):
+        if matrix is not None:
+            matrix.flags.writeable = False
+    return found
+
+
+def assemble_differing(first: Rotor, second: Rotor) -> tuple[Matrices, Matrices]:
+    """Matrices of those parts of two rotors in which they differ; their difference is that of the whole matrices."""
+    of_shaft = ("internal_damping", "external_damping", "axial_force", "hubs")
+    if any(getattr(first, name) != getattr(second, name) for name in of_shaft):
+        segments: Sequence[int] = range(len(first.segments))
+    else:
+        pairs = zip(first.segments, second.segments, strict=True)
+        segments = [index for index, (one, other) in enumerate(pairs) if one != other]
+    sides = ((*first.disks, *first.masses), (*second.disks, *second.masses))
+    differ = [
+        bool(segments) or one != other for one, other in zip(*sides, strict=True)
+    ]  # rows of disks are of the shaft
+    disks = ([disk for disk, differs in zip(side, differ) if differs] for side in sides)
+    one, other = (_assembled(rotor, segments, own) for rotor, own in zip((first, second), disks))
+    return one, other
+
+
+def _assembled(rotor: Rotor, segments: Sequence[int], disks: Sequence[Disk]) -> Matrices:
+    """Matrices of some segments of a rotor and of some of its disks and lumped masses, as large as those of all."""
+    place = partial(_placed, rotor, segments)
+    matrices = of_elements(rotor, shaft.element_matrices, segments)
+    mass = place([each.mass for each in matrices])
+    gyroscopic = place([each.gyroscopic for each in matrices])
+    stiffness = place([each.stiffness for each in matrices])
+    seated = [(disk, *disk_rows(rotor, disk)) for disk in disks]
     for disk, dof, rows in seated:
-        place = np.ix_(dof, dof)
-        mass[place] += rows.T @ shaft.disk_mass(disk) @ rows
-        gyroscopic[place] += rows.T @ shaft.disk_gyroscopic(disk) @ rows
+        at = np.ix_(dof, dof)
+        mass[at] += rows.T @ shaft.disk_mass(disk) @ rows
+        gyroscopic[at] += rows.T @ shaft.disk_gyroscopic(disk) @ rows
     circulatory, damping = np.zeros_like(stiffness), np.zeros_like(stiffness)
     if rotor.internal_damping:
         damping = rotor.internal_damping * stiffness
         circulatory = against_spin(damping)
     if rotor.external_damping:
-        damping = damping + rotor.external_damping * chained(of_elements(rotor, shaft.drag))
+        damping = damping + rotor.external_damping * place(of_elements(rotor, shaft.drag, segments))
     if rotor.axial_force:
-        stiffness = stiffness + rotor.axial_force * chained(of_elements(rotor, shaft.geometric_stiffness))
-    if any(disk.standing_damping for disk in rotor.disks):
+        stiffness = stiffness + rotor.axial_force * place(of_elements(rotor, shaft.geometric_stiffness, segments))
+    if any(disk.standing_damping for disk in disks):
         damping = damping.copy()
         for disk, dof, rows in seated:
             damping[np.ix_(dof, dof)] += disk.standing_damping * (rows.T @ shaft.disk_mass(disk) @ rows)
     if not all(isinstance(segment, ShaftSegment) and _is_plain(segment) for segment in rotor.segments):
-        turning = chained(of_elements(rotor, shaft.segment_internal_damping))
-        damping = damping + turning + chained(of_elements(rotor, shaft.segment_damping))
+        turning = place(of_elements(rotor, shaft.segment_internal_damping, segments))
+        damping = damping + turning + place(of_elements(rotor, shaft.segment_damping, segments))
         circulatory = circulatory + against_spin(turning)
-        stiffness = stiffness + chained(of_elements(rotor, shaft.segment_tension))
+        stiffness = stiffness + place(of_elements(rotor, shaft.segment_tension, segments))
     hysteretic = None
     if any(isinstance(segment, ShaftSegment) and segment.loss_factor for segment in rotor.segments):
-        hysteretic = chained(of_elements(rotor, shaft.segment_loss))
-    for matrix in (mass, damping, gyroscopic, stiffness, circulatory, hysteretic):
-        if matrix is not None:
-            matrix.flags.writeable = False
+        hysteretic = place(of_elements(rotor, shaft.segment_loss, segments))
     return Matrices(mass, damping, gyroscopic, stiffness, circulatory, hysteretic)
 
 
@@ -167,33 +192,54 @@ def _is_plain(segment: ShaftSegment) -> bool:
     return not (segment.axial_force or segment.internal_damping or any(segment.standing_damping))
 
 
-def of_elements(rotor: Rotor, matrices: Callable[[Element], Of]) -> list[Of]:
-    """Matrices of each element, from left to right, that do not depend on its position.
+def of_elements(rotor: Rotor, matrices: Callable[[Element], Of], segments: Sequence[int] | None = None) -> list[Of]:
+    """Matrices of each element of some segments, from left to right, that do not depend on its position.
 
-    Computed once for each form of element.
+    Computed once for each form of element. None: of all segments.
     """
-    are_alike = all(isinstance(each, CouplingSegment) or each.is_cylinder for each in rotor.segments)
+    chosen = range(len(rotor.segments)) if segments is None else segments
+    own = [rotor.segments[index] for index in chosen]
+    are_alike = all(isinstance(each, CouplingSegment) or each.is_cylinder for each in own)
     if are_alike and not rotor.hubs:
-        of_segment = {segment: matrices(Element(segment, 0.0)) for segment in set(rotor.segments)}
-        return [of_segment[segment] for segment in rotor.segments for _ in range(segment.n_element)]
+        of_segment = {segment: matrices(Element(segment, 0.0)) for segment in set(own)}
+        return [of_segment[segment] for segment in own for _ in range(segment.n_element)]
     of_form: dict[object, Of] = {}
     whole = elements(rotor)
-    for element in whole:
+    found = []
+    for element in (whole[index] for index in _elements_of(rotor, chosen)):
         form = element.segment, element.hubs, element.ends
         if form not in of_form:
             of_form[form] = matrices(element)
-    return [of_form[element.segment, element.hubs, element.ends] for element in whole]
+        found.append(of_form[form])
+    return found
+
+
+def _elements_of(rotor: Rotor, segments: Sequence[int]) -> list[int]:
+    """Indices of the elements of some segments."""
+    ends = list(itertools.accumulate((segment.n_element for segment in rotor.segments), initial=0))
+    return [element for index in segments for element in range(ends[index], ends[index + 1])]
 
 
 def chained(matrices: Sequence[Array]) -> Array:
     """Matrices of elements (8, 8), from left to right, as one of the whole shaft."""
-    blocks, n = np.stack(matrices), DOF_PER_NODE
-    left = np.arange(len(blocks))  # the node of each element on this side
-    whole = np.zeros((len(blocks) + 1, n, len(blocks) + 1, n))
-    for row, rows in ((left, slice(None, n)), (left + 1, slice(n, None))):
-        for column, columns in ((left, slice(None, n)), (left + 1, slice(n, None))):
-            whole[row, :, column] += blocks[:, rows, columns]
-    return whole.reshape(n * (len(blocks) + 1), -1)
+    return _at_elements(matrices, np.arange(len(matrices)), len(matrices))
+
+
+def _placed(rotor: Rotor, segments: Sequence[int], matrices: Sequence[Array]) -> Array:
+    """Matrices of the elements of some segments, as one of the whole shaft."""
+    return _at_elements(matrices, np.array(_elements_of(rotor, segments), dtype=int), len(rotor.node_positions) - 1)
+
+
+def _at_elements(matrices: Sequence[Array], left: Indices, n_element: int) -> Array:
+    """Matrices of elements behind these nodes as one of the whole shaft."""
+    n = DOF_PER_NODE
+    whole = np.zeros((n_element + 1, n, n_element + 1, n))
+    if len(matrices):
+        blocks = np.array(matrices)
+        for row, rows in ((left, slice(None, n)), (left + 1, slice(n, None))):
+            for column, columns in ((left, slice(None, n)), (left + 1, slice(n, None))):
+                whole[row, :, column] += blocks[:, rows, columns]
+    return whole.reshape(n * (n_element + 1), -1)
 
 
 def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:

@@ -290,6 +290,17 @@ def displacement_row(element: Element, fraction: float, direction: str) -> Array
     return np.asarray(shapes @ (along_x * X_PLANE + along_y * Y_PLANE))
 
 
+def deflection_along(element: Element, fractions: Array) -> Array:
+    """Deflection at fractions (n,) of an element per degree of freedom of one bending plane, (n, 4)."""
+    if is_cylinder(element):
+        return deflection_shapes(element.length, shear_parameter(element), fractions)
+    if isinstance(element.segment, CouplingSegment):
+        nothing = np.zeros_like(fractions)
+        return np.stack([1 - fractions, nothing, fractions, nothing], axis=-1)
+    ring = rings(element)[0]
+    return np.array([ring.shapes(float(fraction))[0] for fraction in fractions])
+
+
 def rotation_rows(element: Element, fraction: float) -> Array:
     """The rows (2, 8) that read the rotations φ_x and φ_y of the section at a fraction of the element."""
     if isinstance(element.segment, CouplingSegment):  # of its left end, then of its right one
