@@ -16,6 +16,7 @@ from ksmea.fits.fitting import fit_from_values
 from ksmea.numerics.parallel import Workers, cpu_seconds
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.case import Case
+from ksmea.problem.problem import joint_values
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.record import Record
 from ksmea.settings.settings import setting
@@ -99,4 +100,5 @@ def _hidden_deviance_drop(setup: Setup, draw: Draw, case: Case, found: Diagnosis
     if truth is None or baseline is None:
         return None
     problem, x = truth
-    return baseline - fit_from_values(case.by(problem), x).deviance
+    joint = problem.joint  # with numbers that were drawn, which it starts from as stated
+    return baseline - fit_from_values(case.by(joint), joint_values(problem, joint, x)).deviance

@@ -248,7 +248,7 @@ def searched(
     with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
         points = np.empty((0, len(fit.u)))
         if force is not None and shows_force and effort.from_force:
-            points = starts_from_force(case, without, *force, ceiling)
+            points = starts_from_force(case, without, *force, ceiling, near=baseline.best.x)
         if len(path):
             fit = fit_along(case, baseline, path, effort)
         elif len(points):

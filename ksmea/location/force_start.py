@@ -32,6 +32,7 @@ from ksmea.nonlinear.laws import Law
 from ksmea.numerics.screening import log_ratio, mean_log_misfit, sobol
 from ksmea.plugins.effect import ForceLaw
 from ksmea.problem.case import Case
+from ksmea.problem.held import holding_inputs
 from ksmea.problem.load import FORCE
 
 N_START = 16  # of the fit beside a free force
@@ -62,12 +63,33 @@ def can_recover(case: Case, position: float) -> bool:
     return True
 
 
-def starts_from_force(extended: Case, without: Case, position: float, law: ForceLaw, ceiling: float = np.inf) -> Array:
+def starts_from_force(
+    extended: Case, without: Case, position: float, law: ForceLaw, ceiling: float = np.inf, near: Array | None = None
+) -> Array:
     """Starting points (n, d), unit cube, of a fit with a force by a law at a position, m.
 
     Empty if no law with a steady motion is found, or if a free force has a deviance above `ceiling`: no law comes
-    lower. The data are such that `can_recover`. Raises `SettingError` for a law that is not one of
-    `ksmea.nonlinear.laws`."""
+    lower. Numbers known to a tolerance are held at the values of a point `near` (SI) of the problem without the force, by
+    default as stated: no free force is then refused by its deviance, as other numbers may lower it. The data are such that
+    `can_recover`. Raises `SettingError` for a law that is not one of `ksmea.nonlinear.laws`."""
+    parameters = extended.problem.parameters
+    if len(parameters.own) == len(parameters):
+        return _starts(extended, without, position, law, ceiling)
+    x = np.array([item.stated for item in parameters])
+    if near is not None:
+        x[: len(near)] = near
+
+    def held(case: Case) -> Case:
+        return case.by(holding_inputs(case.problem, x[: len(case.problem.parameters)]))
+
+    found = _starts(held(extended), held(without), position, law)
+    starts = np.tile(parameters.to_cube(x), (len(found), 1))
+    starts[:, parameters.own] = found
+    return starts
+
+
+def _starts(extended: Case, without: Case, position: float, law: ForceLaw, ceiling: float = np.inf) -> Array:
+    """Starting points of a problem whose unknowns are all searched, by the problem without the force."""
     if not isinstance(law, Law):
         raise SettingError(f"force_at: expected a law of ksmea.nonlinear.laws, got {law!r}; subclass Law")
     at_rotation = without.at_1x()

@@ -39,7 +39,7 @@ from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.numerics.screening import sobol
 from ksmea.problem.alignment import through
 from ksmea.problem.case import Case
-from ksmea.problem.held import HeldProblem
+from ksmea.problem.held import holding_inputs
 from ksmea.problem.load import LOADS
 from ksmea.problem.problem import Problem
 from ksmea.records.location import LATERAL, MAX_PLACES, MAX_SHARE, is_nearest
@@ -269,11 +269,9 @@ def _starts(case: Case, unmodelled: Unmodelled, rng: np.random.Generator, n_star
 
 def _as_stated(case: Case) -> Case:
     """The case with numbers known to a tolerance held as they are stated; itself if all are exact."""
-    parameters = case.problem.parameters
-    if len(parameters.own) == len(parameters):
-        return case
-    stated = np.array([item.stated for item in parameters])
-    return case.by(HeldProblem(case.problem, parameters.own, stated))
+    problem = case.problem
+    held = holding_inputs(problem, np.array([item.stated for item in problem.parameters]))
+    return case if held is problem else case.by(held)
 
 
 def _with_inputs(fit: SiteFit, case: Case) -> SiteFit:

@@ -69,3 +69,16 @@ class HeldProblem(ProblemProxy):
 
     def unbalance(self, x: Array) -> Mapping[float, complex]:
         return self._behind.unbalance(self.whole(x))
+
+
+def holding_inputs(problem: Problem, x: Array) -> Problem:
+    """The problem with its numbers that are known to a tolerance held at the values of a point; itself if all are exact.
+
+    Args:
+        problem: problem with such numbers among its unknowns.
+        x: values (d,) of all unknowns, SI.
+    """
+    own = problem.parameters.own
+    if len(own) == len(problem.parameters):
+        return problem
+    return problem.holding_inputs(x) or HeldProblem(problem, own, x)

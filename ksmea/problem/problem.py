@@ -159,6 +159,16 @@ class Problem(ABC):
         """
         return self
 
+    def holding_inputs(self, x: Array) -> Problem | None:
+        """Problem whose numbers known to a tolerance have the values of a point, and are no unknowns.
+
+        Default: None, and `ksmea.problem.held` makes one that costs as much as this problem.
+
+        Args:
+            x: values (d,), SI.
+        """
+        return None
+
     def sensitivity(self, x: Array) -> ComplexArray:
         """Derivatives of the response with respect to the unknowns.
 

@@ -8,6 +8,7 @@ import pytest
 
 from ksmea.numerics.differences import central_differences
 from ksmea.plugins import registry
+from ksmea.problem.held import HeldProblem
 from ksmea.problem.load import Load
 from ksmea.problem.problem import Problem
 from problems.rotor_file import RotorFile
@@ -200,3 +201,23 @@ def test_slopes_of_moved_probes_are_those_of_the_response(tmp_path, name):
     expected = around.derivative(problem.response(around.points))
     allowed = 1e-4 * np.abs(expected).max(axis=(0, 1))  # third derivatives times the square of the step of the probes
     assert np.all(np.abs(problem.linearised(x)[1] - expected).max(axis=(0, 1)) < allowed)
+
+
+@pytest.mark.parametrize("effect", [None, "runout", "probe_position", "added_mass", "residual_bow"])
+def test_held_numbers_are_no_unknowns_and_act(tmp_path, effect):
+    """By the rotor that has them, and by the joint problem at these values of them."""
+    problem = pump(tmp_path, **UNCERTAIN).build().joint
+    if effect is not None:
+        problem = registry.create("effect", effect, {}).locations(problem)[0].added_to(problem)
+    parameters = problem.parameters
+    x = parameters.to_si(np.random.default_rng(2).uniform(0.4, 0.6, len(parameters)))
+    held, behind = problem.holding_inputs(x), HeldProblem(problem, parameters.own, x)
+    assert (
+        held.parameters.names == behind.parameters.names == tuple(parameters.names[index] for index in parameters.own)
+    )
+    for response, expected in (
+        (held.response(x[None, parameters.own]), behind.response(x[None, parameters.own])),
+        (held.linearised(x[parameters.own])[1], behind.linearised(x[parameters.own])[1]),
+    ):
+        scale = np.abs(expected).max(axis=tuple(range(expected.ndim - 1)))
+        assert np.all(np.abs(response - expected) < 1e-6 * scale)  # slopes are differences over 1e-6 of each range

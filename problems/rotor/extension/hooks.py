@@ -52,6 +52,19 @@ class RotorHooks(ABC):
             Unknowns (e,), with limits (SI) that contain 0.
         """
 
+    @property
+    def is_held(self) -> bool:
+        """Whether it changes the rotor and its probes without unknowns."""
+        return False
+
+    def holding_inputs(self, theta: Array) -> Self:
+        """This effect with numbers that are known to a tolerance held; default: itself, it has none.
+
+        Args:
+            theta: one set of values (e,), SI.
+        """
+        return self
+
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         """Rotor changed by the effect.
 

@@ -100,8 +100,8 @@ class RotorWithEffects:
 
     @cached_property
     def changing_rotor(self) -> tuple[RotorHooks, ...]:
-        """The effects whose unknowns change the rotor or move its probes."""
-        return tuple(effect for effect, own in zip(self.effects, self._costly) if len(own))
+        """The effects that change the rotor or move its probes."""
+        return tuple(effect for effect, own in zip(self.effects, self._costly) if len(own) or effect.is_held)
 
     def rotor_with(self, x: Array) -> Rotor:
         """The rotor as effects change it at values (d,) SI; its bearings and unbalance are nominal."""
@@ -138,13 +138,13 @@ class RotorWithEffects:
         return channel if within == channel.position else replace(channel, position=within)
 
     def _changing(self, changing: Array) -> Iterator[tuple[RotorHooks, Array]]:
-        """Effects with costly unknowns and the values of their own unknowns.
+        """Effects that change the rotor or move its probes, and the values of their own unknowns.
 
         The value is 0 for each one that is not costly.
         """
         start = 0
         for effect, own, columns in zip(self.effects, self._costly, self._columns[1:]):
-            if len(own):
+            if len(own) or effect.is_held:
                 theta = np.zeros(len(columns))
                 theta[own] = changing[start : start + len(own)]
                 start += len(own)
@@ -364,7 +364,7 @@ class RotorWithEffects:
 
         Others, at whatever places, share the reductions of the rotor behind.
         """
-        return bool(self.site_laws or len(self.costly)) or any(effect.has_loads for effect in self.effects)
+        return bool(self.site_laws or self.changing_rotor) or any(effect.has_loads for effect in self.effects)
 
     def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorHooks, Array]]:
         """The effects with their values in the order in which they act."""

@@ -8,7 +8,7 @@ one for each of many sets and speeds, have these axes first: (2, 2, …).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from problems.rotor.finite_elements.bearing import LARGEST, Bearing
 from problems.rotor.finite_elements.segments import Disk, Segment, require_not_negative, require_positive
 
 SAME_PLACE = 1e-9  # of the shaft's length: positions closer than this are one (rounding of summed lengths)
+MAX_MESHES = 64  # kept
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,22 @@ class Hub:
         require_positive("width of a hub", self.width, "m")
         if not -1 < self.stiffening <= LARGEST:
             raise SettingError(f"stiffening of a hub: expected a number above -1, got {self.stiffening}")
+
+
+@lru_cache(maxsize=MAX_MESHES)
+def _node_positions(segments: tuple[tuple[float, int], ...]) -> Array:
+    """Positions of the nodes of segments with these lengths (m) and numbers of elements.
+
+    They are kept: numbers of a rotor that change leave its mesh as it is.
+    """
+    ends = np.cumsum([0.0] + [length for length, _ in segments])
+    inside = [
+        np.linspace(start, end, n_element, endpoint=False)
+        for start, end, (_, n_element) in zip(ends[:-1], ends[1:], segments, strict=True)
+    ]
+    found = np.concatenate([*inside, ends[-1:]])
+    found.flags.writeable = False
+    return found
 
 
 @dataclass(frozen=True)
@@ -164,12 +181,7 @@ class Rotor:
     @cached_property
     def node_positions(self) -> Array:
         """Positions of the nodes, (n_node,) m."""
-        ends = np.cumsum([0.0] + [segment.length for segment in self.segments])
-        inside = [
-            np.linspace(start, end, segment.n_element, endpoint=False)
-            for start, end, segment in zip(ends[:-1], ends[1:], self.segments, strict=True)
-        ]
-        return np.concatenate([*inside, ends[-1:]])
+        return _node_positions(tuple((segment.length, segment.n_element) for segment in self.segments))
 
     def node_at(self, position: float, what: str) -> int:
         """The node at a position (m); `what` names the thing that needs it in the error."""

@@ -9,8 +9,8 @@ alone it is unknown. `RotorNumbers` are the hooks by which a rotor has them in a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -68,6 +68,7 @@ class RotorNumbers(RotorHooks):
     numbers: tuple[RotorNumber, ...] = ()
     probes: tuple[ProbeNumber, ...] = ()
     name: str = "numbers of the rotor"  # apart from that of others on the same rotor
+    held: tuple[float, ...] = ()  # values, SI, of numbers that are no unknowns
 
     stage = 3  # a gain acts on whatever a probe sees
 
@@ -79,23 +80,44 @@ class RotorNumbers(RotorHooks):
     ) -> ExtendedPhysics:
         return ExtendedPhysics(plain, effects, near)
 
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+    @property
+    def is_held(self) -> bool:
+        return bool(self.held)
+
+    @property
+    def _parameters(self) -> tuple[Parameter, ...]:
         return (*(item.parameter for item in self.numbers), *(item.parameter for item in self.probes))
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return () if self.held else self._parameters
+
+    def holding_inputs(self, theta: Array) -> Self:
+        if not all(item.is_input for item in self._parameters):
+            return self
+        return replace(self, held=tuple(map(float, theta)))
+
+    def _values(self, theta: Array) -> Array:
+        """Values (n, e) of its numbers for values (n, …) of its unknowns."""
+        return np.broadcast_to(self.held, (len(theta), len(self.held))) if self.held else theta
 
     def costly(self, n_unknown: int) -> Indices:
         """All but gains."""
+        if self.held:
+            return np.empty(0, dtype=int)
         return np.array([*range(len(self.numbers)), *(index for index, _ in self._moving)], dtype=int)
 
     def of_probes(self, n_unknown: int) -> Mask:
         return np.arange(n_unknown) >= len(self.numbers)
 
     def linear(self, n_unknown: int) -> Mask:
-        return np.array([number.is_linear for number in self.numbers] + [False] * len(self.probes), dtype=bool)
+        return np.array([number.is_linear for number in self.numbers] + [False] * len(self.probes), dtype=bool)[
+            :n_unknown
+        ]
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         changes = [
             (place, float(value) - number.stated)
-            for number, value in zip(self.numbers, theta)
+            for number, value in zip(self.numbers, self._values(theta[None])[0])
             for place in number.places
         ]
         changed = with_changes(rotor, changes)
@@ -111,12 +133,14 @@ class RotorNumbers(RotorHooks):
         return list(enumerate(self.probes, start=len(self.numbers)))
 
     def _moves(self, theta: Array) -> list[tuple[ProbePlace, float]]:
-        return [(number.place, float(theta[index]) - number.stated) for index, number in self._moving]
+        values = self._values(theta[None])[0]
+        return [(number.place, float(values[index]) - number.stated) for index, number in self._moving]
 
     def moved(self, looking: Sequence[Channel], channels: Sequence[Channel], theta: Array) -> tuple[Channel, ...]:
         return moved(looking, channels, self._moves(theta))
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
         gains = [(index, number) for index, number in self._of_probes if number.place.reading == "gain"]
-        changes = [(number.place, theta[:, index] - number.stated) for index, number in gains]
+        values = self._values(theta)
+        changes = [(number.place, values[:, index] - number.stated) for index, number in gains]
         return scaled(response, channels, changes)

@@ -53,6 +53,10 @@ class Physics(ABC):
         """Indices of the unknowns that change the rotor itself."""
         return np.empty(0, dtype=int)
 
+    def parts(self, x: Array) -> tuple[Array, list[Array]]:
+        """Values (n, …) of the rotor's own unknowns, and of the unknowns of each effect; default: it has no effect."""
+        return x, []
+
     @abstractmethod
     def response(self, x: Array) -> ComplexArray:
         """(n, n_speed, n_channel), m."""

@@ -47,6 +47,8 @@ class EffectOnRotor(Protocol):
 
     def going(self, run: Run) -> Self: ...
 
+    def holding_inputs(self, theta: Array) -> Self: ...
+
 
 class KnownToTolerance(Protocol):
     """Numbers of a rotor that have a prior (`problems/rotor/inputs/uncertain.py`)."""
@@ -102,6 +104,18 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
     @property
     def as_stated(self) -> RotorProblem:
         return self if self.uncertain is None else self._changed(uncertain=None)
+
+    def holding_inputs(self, x: Array) -> RotorProblem:
+        own, of_effects = self.physics.parts(self._point(x)[None])
+        plain, is_input = self.plain, [item.parameter.is_input for item in self.plain.unknowns]
+        inputs, others = (
+            tuple(item for item, each in zip(plain.unknowns, is_input) if each == wanted) for wanted in (True, False)
+        )
+        if inputs:
+            rotor = dataclasses.replace(plain, unknowns=inputs, uncertain=None).rotor_at(own[0, is_input])
+            plain = dataclasses.replace(plain, rotor=rotor, unknowns=others, uncertain=None)
+        effects = [effect.holding_inputs(theta[0]) for effect, theta in zip(self.effects, of_effects, strict=True)]
+        return plain.with_effects(effects, self.near)
 
     def _changed(self, **changes: Any) -> RotorProblem:
         plain = dataclasses.replace(self.plain, **changes)
