@@ -19,6 +19,7 @@ from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point, projected
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.numerics.screening import Screened
+from ksmea.problem.held import holding_inputs
 from ksmea.problem.problem import joint_values
 
 SHARP = (
@@ -48,10 +49,11 @@ def joint_maxima(likelihood: Likelihood, starts: Sequence[Array]) -> list[Point]
 
 def _beside(likelihood: Likelihood, u: Array) -> Array:
     """θ with the numbers as they are in u (d,), and all other unknowns fitted to that."""
-    numbers = likelihood.model.problem.parameters.with_prior
-    return maximise(
-        likelihood, likelihood.start(u), fixed=numbers, max_iterations=BESIDE_ITERATIONS, tolerance=1.0
-    ).theta
+    problem = likelihood.case.problem
+    held = likelihood_of(likelihood.case.by(holding_inputs(problem, problem.parameters.to_si(u))))
+    own, whole = problem.parameters.own, u.copy()
+    whole[own] = maximise(held, held.start(u[own]), max_iterations=BESIDE_ITERATIONS, tolerance=1.0).theta[: len(own)]
+    return likelihood.start(whole)
 
 
 def _along_sharpest(likelihood: Likelihood, start: Array, point: Point) -> list[Array]:

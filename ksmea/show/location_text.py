@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -115,18 +115,26 @@ def where(record: LocationRecord) -> str:
         more = _more_channels(record)
         return f"{said}{more} The nearest:\n\n{_table(record, record.candidates)}"
     quantities = dict.fromkeys(site.kind for site in record.sites)
+    lines = _shares(record, quantities) if record.is_spread else _places(record, quantities)
+    return "\n".join([*lines, "", _table(record, record.sites)])
+
+
+def _places(record: LocationRecord, quantities: Iterable[str]) -> list[str]:
     lines = [
         f"{capital(_a(quantity))} that is free at every speed explains the data {spread(record, quantity)}."
         for quantity in quantities
     ]
-    if len(quantities) > 1:
-        lines.append("These data do not tell which of them it is.")
-    if record.is_spread:
-        lines.append(
-            f"Its cause is {over_the_shaft(record)}: damping or stiffness of the whole shaft is as likely as something at one"
-            " place."
-        )
-    return "\n".join([*lines, "", _table(record, record.sites)])
+    return [*lines, "These data do not tell which of them it is."] if len(lines) > 1 else lines
+
+
+def _shares(record: LocationRecord, quantities: Iterable[str]) -> list[str]:
+    """What is free at every speed, with its share of places instead of their list."""
+    shares = [f"{_a(quantity)} at {100 * record.share(quantity):.0f} %" for quantity in quantities]
+    likely = "damping or stiffness of the whole shaft is as likely as something at one place"
+    return [
+        f"Its cause is {over_the_shaft(record)}: {likely}.",
+        f"Free at every speed, {', '.join(shares)} of the places tried explains the data.",
+    ]
 
 
 def _more_channels(record: LocationRecord) -> str:

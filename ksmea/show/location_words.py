@@ -46,7 +46,7 @@ def over_the_shaft(record: LocationRecord) -> str:
 def place(record: LocationRecord, *positions: float) -> str:
     """For example '0.5 m (disk 2) and 0.8 m'."""
     named = [(position, landmark(record, position)) for position in positions]
-    return " and ".join(f"{position:g} m ({name})" if name else f"{position:g} m" for position, name in named)
+    return " and ".join(f"{position:.4g} m ({name})" if name else f"{position:.4g} m" for position, name in named)
 
 
 def landmark(record: LocationRecord, position: float) -> str:

@@ -16,6 +16,7 @@ EVEN = 5  # steps of an axis with ticks at even steps
 MOST_POWERS = 4  # to each side of 0
 TOLERANCE = 1e-9  # of a decade
 LEAST, BEYOND = 1e-4, 1e6  # numbers from the first to below the second are written out
+SIGNIFICANT = 6  # digits of a tick
 LINEAR_PART = 1 / (1 - 1 / 10)  # decades that the linear part to one side takes, as matplotlib's "symlog" has it
 
 
@@ -74,6 +75,8 @@ def written(values: Sequence[float] | Array, is_plain: bool | None = None) -> li
 
     >>> written([0.05, 1.0, 20000.0]), written([1e-8, 1e-4, 1.0])
     (['0.05', '1', '20000'], ['$10^{-8}$', '$10^{-4}$', '$10^{0}$'])
+    >>> written([-1e-5, 0.1 + 0.2], is_plain=True)
+    ['−0.00001', '0.3']
     """
     as_text = _plain if (are_plain(values) if is_plain is None else is_plain) else _power
     return [as_text(float(value)) for value in values]
@@ -85,7 +88,8 @@ def are_plain(values: Sequence[float] | Array) -> bool:
 
 
 def _plain(value: float) -> str:
-    return f"{value or 0.0:.6g}".replace("-", "−")
+    digits = np.format_float_positional(value or 0.0, precision=SIGNIFICANT, fractional=False, trim="-")
+    return digits.replace("-", "−")
 
 
 def _power(value: float) -> str:
