@@ -56,6 +56,12 @@ class ProblemProxy(Problem):
         stated = self.behind.as_stated
         return self if stated is self.behind else self.around(stated)
 
+    def holding_inputs(self, x: Array) -> Problem | None:
+        if self.parameters.names != self.behind.parameters.names:
+            return None
+        held = self.behind.holding_inputs(x)
+        return None if held is None else self.around(held)
+
     def with_phase_origin(self) -> Problem:
         return self.around(self.behind.with_phase_origin())
 

@@ -72,7 +72,9 @@ class HeldProblem(ProblemProxy):
 
 
 def holding_inputs(problem: Problem, x: Array) -> Problem:
-    """The problem with its numbers that are known to a tolerance held at the values of a point; itself if all are exact.
+    """The problem with numbers that are known to a tolerance held at the values of a point.
+
+    Itself if all are exact.
 
     Args:
         problem: problem with such numbers among its unknowns.

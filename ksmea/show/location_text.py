@@ -128,13 +128,13 @@ def _places(record: LocationRecord, quantities: Iterable[str]) -> list[str]:
 
 
 def _shares(record: LocationRecord, quantities: Iterable[str]) -> list[str]:
-    """What is free at every speed, with its share of places instead of their list."""
-    shares = [f"{_a(quantity)} at {100 * record.share(quantity):.0f} %" for quantity in quantities]
+    """Shares of the places that explain the data instead of their list."""
     likely = "damping or stiffness of the whole shaft is as likely as something at one place"
-    return [
-        f"Its cause is {over_the_shaft(record)}: {likely}.",
-        f"Free at every speed, {', '.join(shares)} of the places tried explains the data.",
+    shares = [
+        f"{capital(_a(quantity))} that is free at every speed explains the data at {100 * record.share(quantity):.0f} % of the places tried."
+        for quantity in quantities
     ]
+    return [f"Its cause is {over_the_shaft(record)}: {likely}.", *shares]
 
 
 def _more_channels(record: LocationRecord) -> str:

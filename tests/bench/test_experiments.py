@@ -27,15 +27,8 @@ from problems.three_disk import ThreeDisk
 TABLES = ["table2", "table3", "table4", "table5", "table6", "table8"]
 ONCE = ["audit", "plan", "identify", "identifiability", "diagnose", "locate", "balance"]
 REPETITIONS = dict.fromkeys([*ONCE, "diagnosis_effects_drawn", "diagnosis_nulls_drawn"], 1)  # of others than tables
-REPETITIONS |= {
-    "contest": 2,
-    "coverage": 2000,
-    "efficiency": 100,
-    "rational": 100,
-    "tolerances": 300,
-    "diagnosis_numbers": 50,
-}
-REPETITIONS |= {"diagnosis_nulls": 300, "diagnosis_effects": 20, "diagnosis_further": 20}
+REPETITIONS |= {"contest": 2, "coverage": 2000, "efficiency": 100, "rational": 100, "tolerances": 300}
+REPETITIONS |= {"diagnosis_nulls": 300, "diagnosis_effects": 20, "diagnosis_further": 20, "diagnosis_numbers": 50}
 REPETITIONS |= {"diagnosis_power": 2, "diagnosis_pairs": 2, "diagnosis_without": 6}
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NEEDED = {  # to plan them at all
@@ -100,9 +93,7 @@ def test_every_experiment_of_the_folder_is_planned(compose_all, place):
     names = sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
     assert names == sorted([*TABLES, "paper", "sweep", *REPETITIONS])
     (place / "docs").mkdir()
-    (place / "docs" / "examples").symlink_to(
-        EXAMPLES
-    )  # `tolerances` and `diagnosis_numbers` are run in the project's folder
+    (place / "docs" / "examples").symlink_to(EXAMPLES)  # some are run in the project's folder
     for name in names:
         for experiment in compose_all(f"+experiment={name}", *NEEDED.get(name, [])):
             plan = experiment.plan

@@ -136,7 +136,10 @@ def assemble_free(rotor: Rotor) -> Matrices:
 
 
 def assemble_differing(first: Rotor, second: Rotor) -> tuple[Matrices, Matrices]:
-    """Matrices of those parts of two rotors in which they differ; their difference is that of the whole matrices."""
+    """Matrices of the parts in which two rotors differ.
+
+    Their difference is that of the whole matrices.
+    """
     of_shaft = ("internal_damping", "external_damping", "axial_force", "hubs")
     if any(getattr(first, name) != getattr(second, name) for name in of_shaft):
         segments: Sequence[int] = range(len(first.segments))
@@ -153,7 +156,10 @@ def assemble_differing(first: Rotor, second: Rotor) -> tuple[Matrices, Matrices]
 
 
 def _assembled(rotor: Rotor, segments: Sequence[int], disks: Sequence[Disk]) -> Matrices:
-    """Matrices of some segments of a rotor and of some of its disks and lumped masses, as large as those of all."""
+    """Matrices of some segments of a rotor and of some of its disks and lumped masses.
+
+    They are as large as those of all.
+    """
     place = partial(_placed, rotor, segments)
     matrices = of_elements(rotor, shaft.element_matrices, segments)
     mass = place([each.mass for each in matrices])

@@ -54,7 +54,10 @@ class Physics(ABC):
         return np.empty(0, dtype=int)
 
     def parts(self, x: Array) -> tuple[Array, list[Array]]:
-        """Values (n, …) of the rotor's own unknowns, and of the unknowns of each effect; default: it has no effect."""
+        """Values (n, …) of the rotor's own unknowns, and of the unknowns of each effect.
+
+        Default: it has no effect.
+        """
         return x, []
 
     @abstractmethod
