@@ -138,7 +138,7 @@ def assemble_free(rotor: Rotor) -> Matrices:
 def assemble_differing(first: Rotor, second: Rotor) -> tuple[Matrices, Matrices]:
     """Matrices of the parts in which two rotors differ.
 
-    Their difference is that of the whole matrices.
+    Whole matrices differ by as much.
     """
     of_shaft = ("internal_damping", "external_damping", "axial_force", "hubs")
     if any(getattr(first, name) != getattr(second, name) for name in of_shaft):
@@ -158,7 +158,7 @@ def assemble_differing(first: Rotor, second: Rotor) -> tuple[Matrices, Matrices]
 def _assembled(rotor: Rotor, segments: Sequence[int], disks: Sequence[Disk]) -> Matrices:
     """Matrices of some segments of a rotor and of some of its disks and lumped masses.
 
-    They are as large as those of all.
+    Each is as large as the whole matrix.
     """
     place = partial(_placed, rotor, segments)
     matrices = of_elements(rotor, shaft.element_matrices, segments)
