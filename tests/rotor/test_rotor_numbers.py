@@ -123,12 +123,18 @@ EFFECTS = (None, "runout", "youngs_modulus", "flexible_pedestal", "probe_positio
            "residual_bow", "bearing_position", "added_mass", "external_damping")  # fmt: skip
 
 
+def joint_with(effect, folder):
+    """The joint problem of the pump, with an effect at its first place or without."""
+    problem = pump(folder, **UNCERTAIN).build().joint
+    if effect is None:
+        return problem
+    return registry.create("effect", effect, {}).locations(problem)[0].added_to(problem)
+
+
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_slopes_are_those_of_the_response(tmp_path, effect):
     """By central differences; responses to loads too, and the dense route beside."""
-    problem = pump(tmp_path, **UNCERTAIN).build().joint
-    if effect is not None:
-        problem = registry.create("effect", effect, {}).locations(problem)[0].added_to(problem)
+    problem = joint_with(effect, tmp_path)
     parameters = problem.parameters
     x = parameters.to_si(np.random.default_rng(1).uniform(0.4, 0.6, len(parameters)))
     response, slope = problem.linearised(x)
@@ -206,9 +212,7 @@ def test_slopes_of_moved_probes_are_those_of_the_response(tmp_path, name):
 @pytest.mark.parametrize("effect", [None, "runout", "probe_position", "added_mass", "residual_bow"])
 def test_held_numbers_are_no_unknowns_and_act(tmp_path, effect):
     """By the rotor that has them, and by the joint problem at these values of them."""
-    problem = pump(tmp_path, **UNCERTAIN).build().joint
-    if effect is not None:
-        problem = registry.create("effect", effect, {}).locations(problem)[0].added_to(problem)
+    problem = joint_with(effect, tmp_path)
     parameters = problem.parameters
     x = parameters.to_si(np.random.default_rng(2).uniform(0.4, 0.6, len(parameters)))
     held, behind = problem.holding_inputs(x), HeldProblem(problem, parameters.own, x)
