@@ -101,9 +101,10 @@ def _page(
 
 def rotor_sections(found: Rotordynamics) -> tuple[Section, ...]:
     """The chapters of the page. Figures are named as the files next to it."""
+    size, *others = sentences(found)
     rotor: tuple[Block, ...] = (
-        Prose("\n".join(sentences(found))),
-        Drawn(rotor_chart(found.layout, found.title), "rotor.png"),
+        Prose("\n".join(others)),
+        Drawn(rotor_chart(found.layout, size.rstrip(".")), "rotor.png"),
         Table(bearing_table(found), "Bearings"),
     )
     whirl: list[Block] = [

@@ -2,7 +2,7 @@
 
 import dataclasses
 import re
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -174,6 +174,30 @@ def test_words_at_one_place_do_not_hide_each_other(drawing):
     assert len(boxes) > 8
     for index, box in enumerate(boxes):
         assert not any(box.shrunk(0.98, 0.8).overlaps(other.shrunk(0.98, 0.8)) for other in boxes[:index])
+
+
+def words_on_a_phone(layout):
+    """Ends of each line of words in px, as a page 360 px wide draws it: across and down."""
+    (panel,) = rotor_chart(layout).panels
+    scale = 256 / (panel.x.high - panel.x.low)
+    for words in panel.elements:
+        if isinstance(words, Words):
+            lines = words.text.split("\n")
+            width, height = 6.0 * max(map(len, lines)), 14.0 * len(lines)
+            left = scale * words.x - {"left": 0.0, "center": 0.5, "right": 1.0}[words.side] * width
+            top = -scale * words.y - (height if words.edge == "bottom" else 0.0)
+            yield words.text, left, left + width, top, top + height
+
+
+@pytest.mark.parametrize("of", ["three_disk", "pump.yaml", "rig.yaml", "rotor.yaml", "crowded"])
+def test_no_words_of_a_rotor_lie_on_each_other_on_a_phone(drawing, of):
+    layout = drawing.record.layout
+    if of.endswith("yaml"):
+        layout = load_problem("rotor", file=str(ROOT / "docs" / "examples" / of)).draw(speeds=31).record.layout
+    found = [*words_on_a_phone(crowded_layout(layout) if of == "crowded" else layout)]
+    assert len(found) > 6
+    for (_, left, right, top, bottom), (_, first, last, high, low) in combinations(found, 2):
+        assert not (left < last and first < right and top < low and high < bottom)
 
 
 def test_the_campbell_diagram_marks_each_critical_speed_where_it_is(drawing):

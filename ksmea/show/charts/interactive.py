@@ -5,6 +5,7 @@ Traces, and a layout for wide and one for narrow pages.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from textwrap import wrap
 
@@ -38,6 +39,7 @@ FEW = 6  # stacks that a page shows side by side; of more, one at a time, by cho
 EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where a panel in space is seen
 NARROW_NAME = 22  # characters in a line of a row's name on a narrow page
 NARROW_EYE = 1.8  # times as far on a narrow page
+NARROW_WIDTH = 290  # px of a panel there, between its axis and the edge
 PALE = "rgba(122,122,122,0.45)"
 
 
@@ -142,7 +144,7 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.
         for at, of_stack in enumerate(row)
         for number in of_stack
     }
-    tops, down = _tops(shown, rows)
+    tops, down = _tops(shown, rows, NARROW_WIDTH if far > 1 else math.inf)
     inner = max(down - APART, 1.0)
     n_column = max((len(row) for row in rows), default=1)
     words = [
@@ -202,8 +204,13 @@ def _rows(numbers: list[list[int]], across: int) -> list[list[list[int]]]:
     return [stacks[first : first + step] for first in range(0, len(stacks), step)]
 
 
-def _tops(shown: dict[int, Panel], rows: list[list[list[int]]]) -> tuple[dict[int, tuple[float, float]], float]:
-    """Upper and lower end of each panel, px below the top of all, and where the next row would begin."""
+def _tops(
+    shown: dict[int, Panel], rows: list[list[list[int]]], width: float
+) -> tuple[dict[int, tuple[float, float]], float]:
+    """Upper and lower end of each panel, px below the top of all, and where the next row would begin.
+
+    A panel to scale is no higher than what it shows at most `width` px wide.
+    """
     tops: dict[int, tuple[float, float]] = {}
     down = 0.0
     for row in rows:
@@ -213,13 +220,22 @@ def _tops(shown: dict[int, Panel], rows: list[list[list[int]]]) -> tuple[dict[in
             for number in of_stack:
                 panel = shown[number]
                 at += HEADING if panel.title else 0
-                tall = INCH * panel.height * (1.0 if panel.z is None else SPACE)
+                tall = min(INCH * panel.height * (1.0 if panel.z is None else SPACE), width * _steepness(panel))
                 tops[number] = (at, at + tall)
                 below = STACKED if _is_named_below(shown, of_stack, number) else APART
                 at += tall + below + (TURNED if panel.x.is_turned else 0)
             ends.append(at)
         down = max(ends, default=down)
     return tops, down
+
+
+def _steepness(panel: Panel) -> float:
+    """Height over width of a panel to scale whose ends are given; of all others infinite."""
+    ends = (panel.x.low, panel.x.high, panel.y.low, panel.y.high)
+    if not panel.is_to_scale or any(end is None for end in ends):
+        return math.inf
+    left, right, low, high = (float(end) for end in ends if end is not None)
+    return (high - low) / (right - left)
 
 
 def _is_named_below(shown: dict[int, Panel], of_stack: list[int], number: int) -> bool:

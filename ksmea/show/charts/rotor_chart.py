@@ -6,7 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import cycle, pairwise
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -27,20 +27,17 @@ from ksmea.show.charts.colours import (
     STEEL,
     category,
 )
+from ksmea.show.charts.rotor_words import GAP, OVERHANG, ROW, Box, Label, Placed, Side, placed, width_of
 from ksmea.units import GRAM_MILLIMETRE, MICROMETRE, MILLIMETRE
 
-Side = Literal["left", "center", "right"]
 Edge = Literal["top", "bottom"]
 WIDTH = 8.0  # inches
 IN_METRES = 3.0  # m, from which length on the axis is in m
 THINNEST = 0.008  # of the length: a thinner disk is drawn as wide as this
-ROW = 0.055  # of the length, between rows of text
-WORDS = 0.085  # of the length, as wide as those of a disk
 SAG = 0.04  # of the length: the largest sag as it is drawn
 MANY = 8  # disks, bearings and seals: more are numbered in rows of their own
-NUMBER, FIRST = 0.05, 0.075  # of the length, as wide as a number there and as the first with its name
 SEAL, COUPLING, LUMPED = category(3), category(4), category(5)
-NEAR = 0.24  # of the length: words of places closer than this stand in different rows
+SIZE = 0.035  # of the length: a bearing
 
 
 def rotor_chart(layout: RotorLayout, title: str = "") -> Chart:
@@ -48,9 +45,10 @@ def rotor_chart(layout: RotorLayout, title: str = "") -> Chart:
     unit, name = (1.0, "m") if layout.length >= IN_METRES else (MILLIMETRE, "mm")
     draw = _Scaled(layout, unit)
     on_shaft = (*draw.shaft(), *draw.disks(), *draw.bearings(), *draw.seals(), *draw.masses_and_couplings())
-    elements = [*on_shaft, *draw.sag(), *draw.numbers(), *draw.marks_above(), *draw.dimensions()]
-    low, high = draw.reach(layout)
-    x = Axis(f"position along the shaft ({name})", low=-0.06 * layout.length / unit, high=1.06 * layout.length / unit)
+    elements = [*on_shaft, *draw.sag(), *draw.words_below(), *draw.numbers(), *draw.marks_above(), *draw.dimensions()]
+    low, high = draw.reach()
+    ends = (-OVERHANG * layout.length / unit, (1 + OVERHANG) * layout.length / unit)
+    x = Axis(f"position along the shaft ({name})", low=ends[0], high=ends[1])
     radius = layout.largest_radius / unit
     y = Axis(
         f"radius ({name})",
@@ -60,13 +58,12 @@ def rotor_chart(layout: RotorLayout, title: str = "") -> Chart:
     )
     return one_panel(
         elements, x, y, title, "Shaft sections, disks, bearings, unbalance planes and probes, with lengths between them.",
-        height=_height(layout) - 0.9, width=WIDTH, is_to_scale=True,
+        height=_height(layout, low, high), width=WIDTH, is_to_scale=True,
     )  # fmt: skip
 
 
-def _height(layout: RotorLayout) -> float:
-    low, high = _Scaled.reach(layout)
-    return float(np.clip(WIDTH * 0.9 * (high - low) / (1.12 * layout.length) + 0.9, 2.8, 9.0))
+def _height(layout: RotorLayout, low: float, high: float) -> float:
+    return float(np.clip(WIDTH * 0.9 * (high - low) / ((1 + 2 * OVERHANG) * layout.length), 1.9, 8.1))
 
 
 class _Scaled:
@@ -75,18 +72,27 @@ class _Scaled:
     def __init__(self, layout: RotorLayout, unit: float) -> None:
         self.layout, self.unit = layout, unit
         self.length, self.is_crowded = layout.length, _is_crowded(layout)
-
-    @staticmethod
-    def reach(layout: RotorLayout) -> tuple[float, float]:
-        """From below the dimensions to above the marks, m."""
-        radius = layout.largest_radius
-        rows = max((first + len(mark.lines) for mark, first in _stacked(_marks(layout), layout.length)), default=0)
-        above = radius + (1.6 + rows) * ROW * layout.length
-        lower = (
-            len(_numbered(layout)) * ROW * layout.length if _is_crowded(layout) else max(_drops(layout), default=0.0)
+        row, radius = ROW * self.length, layout.largest_radius
+        self.above = placed(
+            [Label(each.place, each.words, radius + 0.9 * row, has_leader=True) for each in _marks(layout)], self.length
         )
-        below = max(radius, 0.1 * layout.length) + lower
-        return -below - 3.7 * ROW * layout.length, above
+        self.below = [] if self.is_crowded else placed(_below(layout), self.length, _bodies(layout))
+        lowest = max((each.box.outer for each in self.below), default=0.0)
+        if self.is_crowded:
+            lowest = self._first_number() + len(_numbered(layout)) * row
+        self.level = -max(radius, lowest) - 0.4 * row  # of the dimensions
+        self.lengths = placed([*self._lengths()], self.length)
+
+    def reach(self) -> tuple[float, float]:
+        """From below the dimensions to above the marks, m."""
+        rows = [each.box.outer for each in self.above]
+        return (
+            -max((each.box.outer for each in self.lengths), default=-self.level),
+            max(rows, default=self.layout.largest_radius) + 0.4 * ROW * self.length,
+        )
+
+    def _first_number(self) -> float:
+        return max(self.layout.largest_radius, 0.1 * self.length) + 0.3 * ROW * self.length
 
     def shaft(self) -> Iterator[Element]:
         for each in self.layout.sections:
@@ -98,46 +104,34 @@ class _Scaled:
         yield Line(ends, (0, 0), "dashdot", 0.7, colour=REFERENCE)
 
     def disks(self) -> Iterator[Element]:
-        drops = _drops(self.layout)
-        for number, (disk, drop) in enumerate(zip(self.layout.disks, drops), start=1):
-            width, top = max(disk.thickness, THINNEST * self.length), _top(disk, self.layout)
+        for disk in self.layout.disks:
+            width = max(disk.thickness, THINNEST * self.length)
             if disk.outer_radius is None:
                 yield Points([disk.position / self.unit], [0], size=9, colour=STEEL)
             else:
                 height = disk.outer_radius - disk.bore_radius
                 for base in (disk.bore_radius, -disk.outer_radius):
                     yield self._box(disk.position - width / 2, base, width, height, STEEL)
-            below = -top - 0.012 * self.length - drop
-            if not self.is_crowded:
-                yield self._text(disk.position, below, f"disk {number}\n{disk.mass:.3g} kg", INK, "top")
 
     def bearings(self) -> Iterator[Element]:
-        size = 0.035 * self.length
-        for number, bearing in enumerate(self.layout.bearings, start=1):
+        size = SIZE * self.length
+        for bearing in self.layout.bearings:
             radius = self.layout.shaft_radius(bearing.position)
             for sign in (1, -1):
                 corners = [(0, sign * radius), (-size / 2, sign * (radius + size)), (size / 2, sign * (radius + size))]
                 points = [((bearing.position + x) / self.unit, y / self.unit) for x, y in corners]
                 xs, ys = zip(*points)
                 yield Area(xs, ys, colour=GROUND)
-                if self._has_base(bearing):
+                if _has_base(self.layout, bearing):
                     base = sign * (radius + size) - (sign < 0) * 0.35 * size
                     name = "pedestal" if bearing.has_pedestal else ""
                     yield self._box(bearing.position - 0.7 * size, base, 1.4 * size, 0.35 * size, EARTH, name)
-            below = -radius - (1.45 if self._has_base(bearing) else 1.0) * size
-            if not self.is_crowded:
-                yield self._text(bearing.position, below - 0.012 * self.length, f"bearing {number}", REFERENCE, "top")
-
-    def _has_base(self, bearing: BearingPlace) -> bool:
-        return bool(self.layout.support) or bearing.has_pedestal
 
     def seals(self) -> Iterator[Element]:
-        for number, seal in enumerate(self.layout.seals, start=1):
+        for seal in self.layout.seals:
             radius = self.layout.shaft_radius(seal.position) + 0.012 * self.length
             places = [seal.position / self.unit] * 2
             yield Points(places, [radius / self.unit, -radius / self.unit], "diamond", 4.0, colour=SEAL, name="seal")
-            if not self.is_crowded:
-                yield self._text(seal.position, -radius - 0.02 * self.length, f"seal {number}", REFERENCE, "top")
 
     def masses_and_couplings(self) -> Iterator[Element]:
         for each in self.layout.masses:
@@ -156,6 +150,12 @@ class _Scaled:
         name = f"static sag, largest {largest / MICROMETRE:.3g} µm"
         yield Line(places / self.unit, drawn, width=1.2, colour=MODEL, name=name)
 
+    def words_below(self) -> Iterator[Element]:
+        """Names of disks with their masses, of bearings and seals."""
+        for each in self.below:
+            colour = INK if each.label.lines[0].startswith("disk") else REFERENCE
+            yield self._words(each, colour)
+
     def numbers(self) -> Iterator[Element]:
         """Numbers of disks, bearings and seals in a row each, below a crowded rotor.
 
@@ -163,57 +163,53 @@ class _Scaled:
         """
         if not self.is_crowded:
             return
-        level = -max(self.layout.largest_radius, 0.1 * self.length) - 0.3 * ROW * self.length
         for row, (name, places) in enumerate(_numbered(self.layout).items()):
-            at, free = level - row * ROW * self.length, -math.inf  # from where on there is room
+            at, free = -self._first_number() - row * ROW * self.length, -math.inf  # from where on there is room
             for number, place in enumerate(places, start=1):
-                if place >= free:
-                    free = place + (FIRST if number == 1 else NUMBER) * self.length
-                    yield self._text(place, at, f"{name} {number}" if number == 1 else str(number), INK, "top")
+                words = f"{name} {number}" if number == 1 else str(number)
+                half = (width_of(words, self.length) + GAP * self.length) / 2
+                if place - half >= free:
+                    free = place + half
+                    yield self._text(place, at, words, INK, "top")
 
     def marks_above(self) -> Iterator[Element]:
         """Unbalance, probes and effects: a line to each place, and words clear of the words of other places."""
-        foot = self.layout.largest_radius + 0.9 * ROW * self.length
-        for mark, first in _stacked(_marks(self.layout), self.length):
-            level, start = foot + first * ROW * self.length, self.layout.shaft_radius(mark.place)
+        for mark, at in zip(_marks(self.layout), self.above):
+            level, start = at.inner, self.layout.shaft_radius(mark.place)
             colour = mark.lines[0][1]
             line = ((mark.place / self.unit,) * 2, (start / self.unit, level / self.unit))
             yield Line(*line, width=0.9, colour=colour)
             yield Points([mark.place / self.unit], [start / self.unit], "triangle down", colour=colour)
-            side: Side = (
-                "left" if mark.place < 0.1 * self.length else "right" if mark.place > 0.9 * self.length else "center"
-            )
             for row, (words, own) in enumerate(mark.lines):
-                yield self._text(mark.place, level + row * ROW * self.length, words, own, "bottom", side)
+                yield self._text(mark.place, level + row * ROW * self.length, words, own, "bottom", at.side)
 
     def dimensions(self) -> Iterator[Element]:
         """Lengths between all places where something sits or a section ends, below the rotor."""
-        layout = self.layout
-        stops = {
-            0.0,
-            layout.length,
-            *(disk.position for disk in layout.disks),
-            *(each.position for each in layout.bearings),
-        }
-        if self.is_crowded:
-            stops = {0.0, layout.length, *_apart(sorted(each.position for each in layout.bearings), ROW * self.length)}
-        places = _apart(sorted(stops), 1e-6 * self.length)
-        level = self.reach(layout)[0] + 1.2 * ROW * self.length
-        previous_row = cycle((0.0, 0.55 * ROW * self.length))
+        places, at = self._stops(), self.level / self.unit
         for left, right in pairwise(places):
-            short = right - left < 0.07 * self.length
-            at, ends = level / self.unit, (left / self.unit, right / self.unit)
+            ends = (left / self.unit, right / self.unit)
             yield Line(ends, (at, at), width=0.8, colour=REFERENCE)
             yield from (
                 Points([end], [at], f"triangle {way}", 3.5, colour=REFERENCE)
                 for end, way in zip(ends, ("left", "right"))
             )
-            drop = next(previous_row) if short else 0.0
-            length = f"{(right - left) / self.unit:.5g}"
-            yield self._text((left + right) / 2, level - 0.006 * self.length - drop, length, REFERENCE, "top")
+        yield from (self._words(each, REFERENCE) for each in self.lengths)
         for place in places:
-            tick = (level - 0.01 * self.length) / self.unit, (level + 0.02 * self.length) / self.unit
+            tick = (self.level - 0.01 * self.length) / self.unit, (self.level + 0.02 * self.length) / self.unit
             yield Line((place / self.unit,) * 2, tick, width=0.6, colour=REFERENCE)
+
+    def _stops(self) -> list[float]:
+        """Places (m) between which lengths are given."""
+        layout = self.layout
+        bearings = sorted(each.position for each in layout.bearings)
+        disks = [] if self.is_crowded else [disk.position for disk in layout.disks]
+        bearings = _apart(bearings, ROW * self.length) if self.is_crowded else bearings
+        return _apart(sorted({0.0, layout.length, *disks, *bearings}), 1e-6 * self.length)
+
+    def _lengths(self) -> Iterator[Label]:
+        for left, right in pairwise(self._stops()):
+            start = -self.level + 0.006 * self.length
+            yield Label((left + right) / 2, (f"{(right - left) / self.unit:.5g}",), start)
 
     def _ring(self, each: ShaftSection, colour: str) -> Iterator[Element]:
         """The upper and lower half of a cylinder or cone; one area is the whole of a solid one."""
@@ -230,6 +226,10 @@ class _Scaled:
     def _box(self, left: float, bottom: float, width: float, height: float, colour: str, name: str = "") -> Area:
         x, y = ((start / self.unit, (start + size) / self.unit) for start, size in ((left, width), (bottom, height)))
         return Area((x[0], x[1], x[1], x[0]), (y[0], y[0], y[1], y[1]), colour=colour, name=name)
+
+    def _words(self, each: Placed, colour: str) -> Words:
+        """Words below the shaft, all lines as one text."""
+        return self._text(each.label.place, -each.inner, "\n".join(each.label.lines), colour, "top", each.side)
 
     def _text(self, x: float, y: float, text: str, colour: str, edge: Edge, side: Side = "center") -> Words:
         return Words(x=x / self.unit, y=y / self.unit, text=text, colour=colour, edge=edge, side=side)
@@ -249,13 +249,43 @@ def _is_crowded(layout: RotorLayout) -> bool:
     return sum(map(len, _numbered(layout).values())) > MANY
 
 
-def _drops(layout: RotorLayout) -> list[float]:
-    """How far (m) the words of each disk are lowered: by two lines if they are next to a near disk."""
-    drops: list[float] = []
-    for index, disk in enumerate(layout.disks):
-        near = index > 0 and disk.position - layout.disks[index - 1].position < WORDS * layout.length
-        drops.append(1.6 * ROW * layout.length if near and not drops[-1] else 0.0)
-    return drops
+def _below(layout: RotorLayout) -> list[Label]:
+    """Names of what sits on the shaft, along it, each below what it names."""
+    apart = 0.012 * layout.length
+    disks = [
+        Label(disk.position, (f"disk {number}", f"{disk.mass:.3g} kg"), _top(disk, layout) + apart)
+        for number, disk in enumerate(layout.disks, start=1)
+    ]
+    bearings = [
+        Label(each.position, (f"bearing {number}",), _bottom(each, layout) + apart)
+        for number, each in enumerate(layout.bearings, start=1)
+    ]
+    seals = [
+        Label(each.position, (f"seal {number}",), layout.shaft_radius(each.position) + 2 * apart)
+        for number, each in enumerate(layout.seals, start=1)
+    ]
+    return sorted([*disks, *bearings, *seals], key=lambda label: label.place)
+
+
+def _bodies(layout: RotorLayout) -> list[Box]:
+    """Disks and bearings as drawn, which no words lie on."""
+    found = []
+    for disk in layout.disks:
+        half = max(disk.thickness, THINNEST * layout.length) / 2
+        found.append(Box(disk.position - half, disk.position + half, 0.0, _top(disk, layout)))
+    for each in layout.bearings:
+        half = 0.7 * SIZE * layout.length
+        found.append(Box(each.position - half, each.position + half, 0.0, _bottom(each, layout)))
+    return found
+
+
+def _bottom(bearing: BearingPlace, layout: RotorLayout) -> float:
+    """The lower end of a bearing with its base, m from the axis."""
+    return layout.shaft_radius(bearing.position) + (1.45 if _has_base(layout, bearing) else 1.0) * SIZE * layout.length
+
+
+def _has_base(layout: RotorLayout, bearing: BearingPlace) -> bool:
+    return bool(layout.support) or bearing.has_pedestal
 
 
 def _top(disk: DiskOutline, layout: RotorLayout) -> float:
@@ -269,6 +299,10 @@ class _Mark:
 
     place: float
     lines: tuple[tuple[str, str], ...]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(words for words, _ in self.lines)
 
 
 def _marks(layout: RotorLayout) -> list[_Mark]:
@@ -288,17 +322,6 @@ def _marks(layout: RotorLayout) -> list[_Mark]:
         for place in effect.positions:
             lines[place].append((effect.name, MODEL))
     return [_Mark(place, tuple(found)) for place, found in sorted(lines.items())]
-
-
-def _stacked(marks: list[_Mark], length: float) -> list[tuple[_Mark, int]]:
-    """Each mark with the lowest row in which its lines keep clear of the lines of neighbouring marks."""
-    placed: list[tuple[_Mark, int]] = []
-    for mark in marks:
-        near = [(first, first + len(each.lines)) for each, first in placed if mark.place - each.place < NEAR * length]
-        free = [0, *(end for _, end in near)]
-        first = min(row for row in free if all(row + len(mark.lines) <= low or row >= end for low, end in near))
-        placed.append((mark, first))
-    return placed
 
 
 def _apart(places: list[float], least: float) -> list[float]:

@@ -27,6 +27,7 @@ SYMBOLS = {
 }  # fmt: skip
 THIN = ("x", "plus", "bar", "post")  # symbols that are lines
 PX = 1.5  # of a point, for symbols; lines have 1.1
+LEAST_TEXT = 12  # px of words
 FAINT = 0.22  # opacity of bands
 PALEST = 0.06  # opacity of a share of 0
 MOST_POINTS = 2000  # values of a box of which each is drawn; of more, quartiles alone
@@ -156,7 +157,7 @@ class PanelTraces:
             )
             text = {
                 "text": element.text.replace("\n", "<br>"),
-                "font": {"size": max(round(1.3 * element.size), 10)},
+                "font": {"size": max(round(1.3 * element.size), LEAST_TEXT)},
                 "align": element.side,
             }
             ground = {"bgcolor": "rgba(127,127,127,0.12)"} if element.has_ground else {}
@@ -173,7 +174,7 @@ class PanelTraces:
                 if is_flat
                 else {"xanchor": "right", "yanchor": "top", "textangle": -90}
             )
-            yield {"text": element.label, "showarrow": False, "font": {"size": 10}, **where, **refs, **style}
+            yield {"text": element.label, "showarrow": False, "font": {"size": LEAST_TEXT}, **where, **refs, **style}
 
     @staticmethod
     def _note_at(value: float, scale: Axis, place: Callable[[Values], Array]) -> float:
