@@ -54,8 +54,15 @@ def test_confusion_tells_what_each_is_called_and_what_ends_without_a_name(told):
     shares = confusion(told)
     assert shares.loc["bow", ["mass", "bow", "no name", "not seen"]].tolist() == [0.5, 0.0, 0.25, 0.25]
     assert shares.loc["mass", ["mass", "bow", "no name", "not seen"]].tolist() == [1.0, 0.0, 0.0, 0.0]
-    drawn = [text.get_text() for text in figure(confusion_chart(shares)).axes[0].texts]
-    assert drawn == ["100", "50", "25", "25"]
+    chart = confusion_chart(shares)
+    (panel,) = chart.panels
+    points = {each.name: dict(zip(each.y, each.x)) for each in panel.elements if isinstance(each, Points)}
+    assert points == {"its own name": {0: 100, 1: 0}, "no name, or not seen": {1: 50}, "another name": {1: 50}}
+    assert [text.get_text() for text in figure(chart).axes[0].texts] == ["mass"] and not panel.x.is_turned
+    assert (
+        "50 % of the clearly visible draws report the right name" in chart.title
+        and "bow as mass, in 50 %" in chart.title
+    )
 
 
 def test_detection_is_drawn_beside_what_is_expected(told):

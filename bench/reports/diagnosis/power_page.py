@@ -5,7 +5,7 @@ How often each verdict was reached in each cell, detection against size, and wha
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -17,13 +17,14 @@ from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Plan
 from bench.reports.diagnosis.power import DROP, EFFECT, SIZES, chance, detectable_drop
 from bench.reports.tables import interval
-from ksmea.show.charts.chart import Axis, Chart, Heat, Level, Line, Panel, Points, one_panel, stacked_bars
-from ksmea.show.charts.colours import REFERENCE, category
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Words, one_panel, stacked_bars
+from ksmea.show.charts.colours import CONTEXT, PAPER, REFERENCE, category
 
 VERDICTS = ("adequate", "named", "ambiguous", "located", "unknown", "not observable")
 COLUMNS = 5  # of panels
-ROW, CELL = 0.36, 0.28  # inches: of a bar, and of a row of a matrix
-NAMES = 1.5  # inches, of upright names of effects
+ROW = 0.36  # inches: of a bar, or a row of dots
+SAID = 0.1  # share from which on a wrong name is written
+UNNAMED, UNSEEN = "no name", "not seen"
 
 
 def diagnoses_page(plan: Plan, text: str, frame: pd.DataFrame, runs: pd.DataFrame) -> Page:
@@ -47,7 +48,7 @@ def power_page(
     sections = (
         Section("Rates", (Prose(about), *(Table(table, title) for title, table in tables.items()))),
         Section("Detection", (Drawn(partial(detection_chart, with_effect), "detection.png"),)),
-        Section("Confusion", (Drawn(partial(confusion_chart, shares), "confusion.png"),)),
+        Section("Names", (Drawn(partial(confusion_chart, shares), "confusion.png"),)),
     )
     return Page(seen, sections)
 
@@ -73,11 +74,24 @@ def detection_chart(with_effect: pd.DataFrame) -> Chart:
     sizes = np.geomspace(min(0.5, with_effect["size"].min()), max(2.0, with_effect["size"].max()), 60)
     panels = [_detection(effect, with_effect[with_effect[EFFECT] == effect], sizes) for effect in effects]
     return Chart(
-        "Detection of effects against their size",
+        _detection_finding(with_effect),
         "Share of the draws of each effect that are detected, with 95 % intervals, and the share that is expected (line)."
         " 1 is the smallest detectable size.",
         tuple(tuple(panels[column::across]) for column in range(across)), across, max(2.5 * across + 0.6, 4.0),
     )  # fmt: skip
+
+
+def _detection_finding(with_effect: pd.DataFrame) -> str:
+    """Draws that are detected, of detectable and of smaller sizes."""
+    is_large = with_effect["size"] >= 1
+    large, small = with_effect.loc[is_large, "detected"], with_effect.loc[~is_large, "detected"]
+    said = [f"{large.sum()} of {len(large)} effects of a detectable size are detected"] if len(large) else []
+    said += [f"{small.sum()} of {len(small)} smaller ones"] if len(small) else []
+    return (
+        ", ".join(said)
+        if len(large)
+        else f"{small.sum()} of {len(small)} effects below the detectable size are detected"
+    )
 
 
 def _detection(effect: str, mine: pd.DataFrame, sizes: np.ndarray) -> Panel:
@@ -94,16 +108,65 @@ def _detection(effect: str, mine: pd.DataFrame, sizes: np.ndarray) -> Panel:
     x = Axis("size / detectable size", "log", ticks={size: f"{size:g}" for size in SIZES}, group="size")
     y = Axis("detected (%)", low=-5, high=105, group="share")
     line = Line(sizes, expected, width=1.0, name="expected", colour=REFERENCE, said="{y:.0f} % expected")
-    return Panel((line, detected, Level(at=1.0, along="x")), x, y, effect, 1.6)
+    return Panel((line, detected, Level(at=1.0, along="x")), x, y, _words(effect), 1.6)
 
 
 def confusion_chart(shares: pd.DataFrame) -> Chart:
-    """Verdicts (columns) on each hidden effect (rows), in per cent of its clearly visible draws."""
-    n_row, n_column = shares.shape
-    called = Axis("reported", ticks=dict(enumerate(map(str, shares.columns))), is_turned=True)
-    hidden = Axis("hidden", ticks=dict(enumerate(map(str, shares.index))), is_reversed=True)
-    return one_panel(
-        [Heat(shares.to_numpy(float), said="{y} is called {x}: {z:.0%}")], called, hidden, "What hidden effects are called, % of clearly visible draws",
-        "What each hidden effect (rows) is called (columns), in per cent of its clearly visible draws.",
-        height=NAMES + CELL * n_row, width=max(2.6 + 0.36 * n_column, 6.0),
+    """Share of the clearly visible draws of each hidden effect (rows) that report its own name, another, or none."""
+    every = {name: 100 * shares.loc[name].astype(float) for name in shares.index}
+    wrong = [
+        (at, str(name), share)
+        for at, (hidden, of) in enumerate(every.items())
+        for name, share in of.drop([hidden, UNNAMED, UNSEEN], errors="ignore").items()
+        if share > 0
+    ]
+    none = [(at, share) for at, of in enumerate(every.values()) if (share := of.get(UNNAMED, 0) + of.get(UNSEEN, 0))]
+    own = [of[hidden] for hidden, of in every.items()]
+    elements: list[Element] = [Points(own, np.arange(len(own), dtype=float), name="its own name", said="{x:.0f} %")]
+    if none:
+        places, missed = [float(at) for at, _ in none], [share for _, share in none]
+        elements.append(
+            Points(missed, places, is_open=True, name="no name, or not seen", colour=CONTEXT, said="{x:.0f} %")
+        )
+    if wrong:
+        said = [f"{_words(name)}: {share:.0f} %" for _, name, share in wrong]
+        other = Points(
+            [share for *_, share in wrong], [float(at) for at, *_ in wrong], "diamond", name="another name", colour=PAPER, said=said,
+        )  # fmt: skip
+        elements.append(other)
+    elements += _wrong_names(wrong)
+    y = Axis(
+        "hidden", low=-0.6, high=len(own) - 0.4, ticks={float(at): _words(name) for at, name in enumerate(every)}, is_reversed=True,
     )  # fmt: skip
+    caption = (
+        "Share of the clearly visible draws of each hidden effect whose reported set holds its own name, another name, or"
+        f" none. Written: the other name most often reported, from {100 * SAID:g} % on; confusion.csv has all."
+    )
+    x = Axis("of clearly visible draws (%)", low=-4, high=104)
+    return one_panel(elements, x, y, _confusion_finding(own, wrong, list(every)), caption, height=ROW * (len(own) + 1))
+
+
+def _wrong_names(wrong: Sequence[tuple[int, str, float]]) -> Iterator[Words]:
+    """The most frequent wrong name of each row, beside its mark."""
+    most: dict[int, tuple[str, float]] = {}
+    for at, name, share in wrong:
+        if share >= 100 * SAID and share > most.get(at, ("", 0.0))[1]:
+            most[at] = (name, share)
+    for at, (name, share) in most.items():
+        is_left = share > 50
+        yield Words(
+            x=share, y=at, text=_words(name), colour=PAPER, side="right" if is_left else "left",
+            offset=(-6.0 if is_left else 6.0, 0.0),
+        )  # fmt: skip
+
+
+def _confusion_finding(own: Sequence[float], wrong: Sequence[tuple[int, str, float]], hidden: Sequence[str]) -> str:
+    said = f"On average over the effects, {np.mean(own):.0f} % of the clearly visible draws report the right name"
+    if not wrong:
+        return said
+    at, name, share = max(wrong, key=lambda each: each[2])
+    return f"{said}; most often wrong: {_words(hidden[at])} as {_words(name)}, in {share:.0f} %"
+
+
+def _words(name: str) -> str:
+    return str(name).replace("_", " ")
