@@ -24,19 +24,19 @@ def interval(values, low, high, **more):
     return interval_elements(np.zeros(1), np.array([low]), np.array([high]), np.array(values), **more)
 
 
-def test_an_interval_without_a_lower_end_points_down_also_where_all_values_lie_above_it():
+def test_an_interval_without_a_lower_end_points_left_also_where_all_values_lie_above_it():
     low, high = drawn_ends(np.array([np.nan]), np.array([0.9]), np.array([0.95, 1.0]))
     assert low < high == 0.9
     line, arrow = interval([0.95, 1.0], np.nan, 0.9)
-    assert line.name == MEDIAN_INTERVAL and line.y[0] < line.y[1] == 0.9 and np.isnan(line.y[2])
-    assert arrow.symbol == "triangle down" and list(arrow.y) == list(line.y[:1])
+    assert line.name == MEDIAN_INTERVAL and line.x[0] < line.x[1] == 0.9 and np.isnan(line.x[2])
+    assert arrow.symbol == "triangle left" and list(arrow.x) == list(line.x[:1])
     assert "with an arrow where it is open" in MARKS[MEDIAN_INTERVAL]
     assert [trace["mode"] for trace in traces_of(line, arrow)] == ["lines", "markers"]
 
 
 def test_an_open_end_stays_above_0_on_a_logarithmic_axis():
     line, _ = interval([0.01, 1.0], np.nan, 0.9, is_log=True)
-    assert 0 < line.y[0] < 0.01
+    assert 0 < line.x[0] < 0.01
 
 
 def test_a_value_of_0_is_not_drawn_on_a_logarithmic_axis(recwarn):

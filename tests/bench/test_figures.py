@@ -114,16 +114,17 @@ def test_the_summary_holds_quartiles_and_the_papers_values(plan, tmp_path, monke
     runs["kxx"] = [49, 60, 50, 60, 51, 60, 52, 60]  # repetitions one after the other, two cells in each
     summary = summary_frame(plan, runs)
     few = spread_chart(plan, runs, summary)
-    assert "all values of 4 repetitions" in few.title and few.caption.startswith("Dots: ")
+    assert few.caption.startswith("Dots: all values of 4 repetitions")
+    assert few.title == "samples 40: within 2 % of each parameter (median); samples 70: within 20 %"
     dots = drawn(few.panels[0])["this bench"]  # of four values there are no quartiles
-    assert sorted(zip(dots.x, dots.y)) == [(0, 49), (0, 50), (0, 51), (0, 52), (1, 60), (1, 60), (1, 60), (1, 60)]
+    assert sorted(zip(dots.y, dots.x)) == [(0, 49), (0, 50), (0, 51), (0, 52), (1, 60), (1, 60), (1, 60), (1, 60)]
     monkeypatch.setattr("bench.reports.identification.spread_chart.FEWEST", 4)
     kxx, *_ = spread_chart(plan, runs, summary).panels
     assert kxx.title == "kxx (MN/m)"
-    assert drawn(kxx)["paper"].y.tolist() == [50.3, 50.1]
+    assert drawn(kxx)["paper"].x.tolist() == [50.3, 50.1]
     [boxes] = [each for each in kxx.elements if isinstance(each, Boxes)]
     assert [np.median(values) for values in boxes.values] == [50.5, 60.0]
-    assert list(kxx.x.ticks.values()) == ["40", "70"]
+    assert list(kxx.y.ticks.values()) == ["40", "70"] and not kxx.x.is_turned
 
 
 # -- from data made by hand --

@@ -10,10 +10,11 @@ import pandas as pd
 
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
-from bench.reports.tables import EFFORT
+from bench.reports.tables import EFFORT, EXACT
 from ksmea.show.text import number
 
 OURS, PAPER = "here", "paper"
+LEAST_PCT = 1e-3  # smaller errors are not counted
 
 
 def error_table(plan: Plan, summary: pd.DataFrame) -> pd.DataFrame:
@@ -45,13 +46,15 @@ def error_table(plan: Plan, summary: pd.DataFrame) -> pd.DataFrame:
 def _heading(name: str, frame: pd.DataFrame) -> str:
     if name in EFFORT:
         return f"{name.replace('_', ' ')}{f' ({EFFORT[name]})' if EFFORT[name] else ''}"
-    return f"{name} (%)" if frame["error_pct_median"].notna().any() else name
+    return f"{name} (%)" if frame["error_pct_median"].notna().any() else name.replace("_", " ")
 
 
 def _cell(name: str, row: pd.Series, source: str) -> str:
     if name in EFFORT:
         return number(row["median"] if source == OURS else row["paper"], 3)
-    return number(_error(row, source), 2)
+    error = _error(row, source)
+    is_rounding = name not in EXACT and np.isfinite(row["error_pct_median"]) and 0 < error < LEAST_PCT
+    return f"< {LEAST_PCT:g}" if is_rounding else number(error, 2)
 
 
 def _error(row: pd.Series, source: str) -> float:
@@ -61,9 +64,11 @@ def _error(row: pd.Series, source: str) -> float:
 
 
 def _best(frame: pd.DataFrame, source: str) -> int | None:
-    """The row with the smallest error; None of a single row, or without errors."""
+    """The row with the smallest error; None of a single row, without errors, or if all are equal."""
     errors = np.array([_error(row, source) for _, row in frame.iterrows()])
-    if len(errors) < 2 or not np.isfinite(frame["error_pct_median"]).any() or not np.isfinite(errors).any():
+    errors = np.where(errors < LEAST_PCT, 0.0, errors)
+    known = errors[np.isfinite(errors)]
+    if len(set(known)) < 2 or not np.isfinite(frame["error_pct_median"]).any():
         return None
     return int(np.nanargmin(errors))
 

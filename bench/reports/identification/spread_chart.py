@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,43 +16,81 @@ from bench.reports.tables import EFFORT, EXACT, has_intervals, lacks_interval
 from ksmea.arrays import Array
 from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Points
 from ksmea.show.charts.colours import INTERVAL, PAPER, REFERENCE
+from ksmea.show.text import two_digits
 
-COLUMNS = 3  # of panels: more are too small to read
+COLUMNS = 5  # of panels: more are too small to read
+ROW = 0.3  # inches
+LEAST_PCT = 1e-3  # smaller errors are not counted
 WIDE = 50.0  # largest to smallest value, from which on an axis is logarithmic
-LONG = 6  # characters, from which on names of cells stand upright
 FEWEST = 5  # values of which a box is drawn
 BEYOND = 0.1  # of the spread of all that is drawn: as far behind it an open side ends
+PAPER_BELOW = 0.28  # of a row: the paper's values hide none
 REACH = 0.45  # half of what a line of a cell takes
 
 
 def spread_chart(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Chart:
-    """A panel per parameter (and updates, evaluations, time).
+    """A panel per parameter (and updates, evaluations, time), with a row for each cell.
 
-    Box plots over the repetitions, the paper's values. Cells whose problem has not the parameter, or has it in another
-    unit, are no part of its panel.
+    Boxes over the repetitions, the paper's values. Cells whose problem has not the parameter, or has it in another
+    unit, are no part of its panel. Effort that is equal in all runs has none.
     """
     names = list(dict.fromkeys(zip(summary["parameter"], summary["unit"])))
-    panels = [
-        _panel(
-            plan,
-            runs,
-            summary[(summary["parameter"] == name) & (summary["unit"] == unit)],
-            cells_with(plan, name, unit),
-        )
-        for name, unit in names
-    ]
+    found = {each: summary[(summary["parameter"] == each[0]) & (summary["unit"] == each[1])] for each in names}
+    told = {each: rows for each, rows in found.items() if not _is_constant(rows, runs)} or found
+    panels = [_panel(plan, runs, rows, cells_with(plan, *each)) for each, rows in told.items()]
     n_run = int(runs.groupby("cell").size().max())
-    factors = [short(axis) for axis in telling_axes(plan)]
     has_boxes = any(isinstance(element, Boxes) for panel in panels for element in panel.elements)
-    shown = "medians, quartiles and extremes" if has_boxes else "all values"
-    title = f"{plan.name}: {shown} of {n_run} repetition{'s' * (n_run > 1)}"
-    title += f", by {' / '.join(factors)}" * (len(factors) > 1)
     there = {element.name for panel in panels for element in panel.elements}
     marks = [said for name, said in MARKS.items() if name in there]
-    boxes = "Boxes: median, quartiles and all values of each cell" if has_boxes else "Dots: values of each cell"
-    caption = f"{', '.join([boxes, *marks])}."
+    repetitions = f"all values of {n_run} repetition{'s' * (n_run > 1)}"
+    shown = f"Boxes: median, quartiles and {repetitions}" if has_boxes else f"Dots: {repetitions}"
+    caption = f"{', '.join([shown, *marks])}."
     across = min(COLUMNS, len(panels))
-    return Chart(title, caption, tuple((panel,) for panel in panels), across, max(2.9 * across, 4.0), most=len(panels))
+    return Chart(
+        spread_finding(plan, summary) or "Values of each parameter", caption, tuple((panel,) for panel in panels), across, 2.2 * across + 2.0,
+        most=len(panels),
+    )  # fmt: skip
+
+
+def _is_constant(rows: pd.DataFrame, runs: pd.DataFrame) -> bool:
+    """Whether all runs and the paper have one effort."""
+    name = rows["parameter"].iloc[0]
+    if name not in EFFORT | EXACT or name not in runs:
+        return False
+    values = [*runs.loc[runs["status"].isin(RESULTS), name].dropna(), *rows["paper"].dropna()]
+    return len(set(values)) == 1
+
+
+def spread_finding(plan: Plan, summary: pd.DataFrame) -> str:
+    """The cells with the smallest and the largest median error of their worst parameter; '' without errors."""
+    errors: dict[int, list[float]] = defaultdict(list)
+    for (name, unit), rows in summary.groupby(["parameter", "unit"], sort=False):
+        for cell, error in zip(cells_with(plan, name, unit), rows["error_pct_median"]):
+            errors[cell] += [error] if np.isfinite(error) else []
+    worst = {cell: max(of) for cell, of in errors.items() if of}
+    if not worst:
+        return ""
+    best, last = min(worst, key=worst.__getitem__), max(worst, key=worst.__getitem__)
+    names = {cell: _called(plan, cell) for cell in worst}
+    said = f"within {_percent(worst[best])} % of each parameter (median)"
+    if names[best] == names[last]:
+        return f"All results {said}"
+    return f"{names[best]}: {said}; {names[last]}: within {_percent(worst[last])} %"
+
+
+def _called(plan: Plan, cell: int) -> str:
+    """A cell in words, numbers with the name of their factor."""
+    place = plan.cells[cell].place
+    levels = {axis: place.get(axis) for axis in telling_axes(plan)}
+    words = [
+        f"{short(axis)} {place_text(level)}" if isinstance(level, int | float) else place_text(level)
+        for axis, level in levels.items()
+    ]
+    return ", ".join(words)
+
+
+def _percent(error: float) -> str:
+    return two_digits(max(error, LEAST_PCT))
 
 
 OURS = "this bench"
@@ -95,38 +134,33 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
             at[has], rows["low"].to_numpy(float)[has], rows["high"].to_numpy(float)[has], every, is_log=is_log
         )
     if np.isfinite(reference).any():
-        ends = segments(at - REACH, at + REACH), segments(reference, reference)
-        elements.append(Line(*ends, name=TRUE, colour=REFERENCE, dash="dot", said="reference {y}"))
+        ends = segments(reference, reference), segments(at - REACH, at + REACH)
+        elements.append(Line(*ends, name=TRUE, colour=REFERENCE, dash="dot", said="reference {x}"))
     if np.isfinite(paper).any():
-        elements.append(Points(at, paper, "diamond", name=PRINTED, colour=PAPER))
-    labels = _labels(plan, cells)
-    axes = telling_axes(plan)
-    x = Axis(
-        axes[0] if len(axes) == 1 else "",  # more than one stand in the title: below each panel they are wider than it
-        low=-0.6,
-        high=len(cells) - 0.4,
-        ticks=labels,
-        is_turned=max(map(len, labels.values()), default=0) >= LONG,
-    )
-    y = Axis("", "log" if is_log else "linear", is_whole=name in EFFORT and not unit)
-    return Panel(tuple(elements), x, y, f"{name} ({unit})" if unit else name.replace("_", " "), 2.3)
+        elements.append(Points(paper, at + PAPER_BELOW, "diamond", name=PRINTED, colour=PAPER))
+    x = Axis("", "log" if is_log else "linear", is_whole=name in EFFORT and not unit)
+    y = Axis(
+" / ".join(map(short, telling_axes(plan))), low=-0.6, high=len(cells) - 0.4, ticks=_labels(plan, cells), is_reversed=True, group=f"cells {cells}"
+    )  # fmt: skip
+    title = f"{name} ({unit})" if unit else name.replace("_", " ")
+    return Panel(tuple(elements), x, y, title, ROW * len(cells) + 0.3)
 
 
 def _spread(at: Array, values: Sequence[Array]) -> Element:
     """Boxes of the values of each cell (n,), or all of them where they are too few for quartiles."""
     if max(map(len, values), default=0) >= FEWEST:
-        return Boxes(at, values, name=OURS, with_points=True)
-    return Points(np.repeat(at, [len(each) for each in values]), np.concatenate(values), name=OURS, size=4.0)
+        return Boxes(at, values, along="x", name=OURS, with_points=True)
+    return Points(np.concatenate(values), np.repeat(at, [len(each) for each in values]), name=OURS, size=4.0)
 
 
 def interval_elements(at: Array, low: Array, high: Array, values: Array, *, is_log: bool = False) -> list[Element]:
-    """Intervals (n,) next to boxes; an open end lies beyond all values, and is an arrow."""
+    """Intervals (n,) below boxes; an open end lies beyond all values, and is an arrow."""
     first, last = drawn_ends(low, high, values, is_log=is_log)
     beside = at + 0.4
-    line = Line(segments(beside, beside), segments(first, last), name=MEDIAN_INTERVAL, colour=INTERVAL, width=2.0)
+    line = Line(segments(first, last), segments(beside, beside), name=MEDIAN_INTERVAL, colour=INTERVAL, width=2.0)
     arrows = [
-        Points(beside[is_open], ends[is_open], f"triangle {way}", 4.5, colour=INTERVAL)
-        for way, ends, is_open in (("down", first, np.isnan(low)), ("up", last, np.isnan(high)))
+        Points(ends[is_open], beside[is_open], f"triangle {way}", 4.5, colour=INTERVAL)
+        for way, ends, is_open in (("left", first, np.isnan(low)), ("right", last, np.isnan(high)))
         if is_open.any()
     ]
     return [line, *arrows]
@@ -165,7 +199,7 @@ def _is_wide(values: Sequence[Array]) -> bool:
     return bool(len(every) and every.min() > 0 and every.max() > WIDE * every.min())
 
 
-def _labels(plan: Plan, cells: list[int]) -> dict[float, str]:
+def _labels(plan: Plan, cells: Sequence[int]) -> dict[float, str]:
     """Names of cells, never numbers."""
     axes = telling_axes(plan)
     return {

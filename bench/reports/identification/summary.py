@@ -28,7 +28,7 @@ from bench.reports.identification.error_table import error_table
 from bench.reports.identification.factor_charts import cells_chart, factors_chart
 from bench.reports.identification.factors import Sweep, sweep_of, without_twins
 from bench.reports.identification.factors import headline as sweep_headline
-from bench.reports.identification.spread_chart import spread_chart
+from bench.reports.identification.spread_chart import spread_chart, spread_finding
 from bench.reports.identification.trace_table import read_traces, stages_frame, trace_frame
 from bench.reports.runs import runs_frame
 from bench.reports.tables import as_text, csv_text, search_lines, slips, slips_text, summary_frame
@@ -36,7 +36,7 @@ from ksmea.measurement.notation import Notation
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, UpdateRecord
 from ksmea.show.readings import PLAIN
-from ksmea.show.text import capital, two_digits
+from ksmea.show.text import capital
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,6 @@ def _capitals(text: str) -> str:
     return "\n".join(map(capital, text.split("\n")))
 
 
-LEAST_PCT = 1e-3  # smaller errors are not counted
 STAR = "; *: the smallest of a column"
 
 
@@ -185,23 +184,11 @@ def _agreements(courses: Courses, cell: int, kind: Kind) -> list[Agreement]:
 
 
 def headline(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
-    """Errors in σ where they have one, else the range of the median absolute errors over all cells."""
+    """Errors in σ if they have one, else in per cent; without errors the number of results."""
     if has_bounds(plan):
         return error_finding(plan, runs, summary)
-    with_error = summary.dropna(subset="error_pct_median")
-    ranges = [
-        f"{name} {_range(rows['error_pct_median'])} %" for name, rows in with_error.groupby("parameter", sort=False)
-    ]
     done = int(runs["status"].isin(RESULTS).sum())
-    errors = f"; median absolute errors: {', '.join(ranges)}" if ranges else ""
-    return f"{done} of {len(runs)} runs have a result{errors}"
-
-
-def _range(values: pd.Series) -> str:
-    low, high = (
-        two_digits(value) if value >= LEAST_PCT else f"below {LEAST_PCT:g}" for value in (values.min(), values.max())
-    )
-    return low if low == high else f"{low} to {high}"
+    return spread_finding(plan, summary) or f"{done} of {len(runs)} runs have a result"
 
 
 def _kept(plan: Plan, output: Path) -> dict[str, ForFigures]:

@@ -39,6 +39,7 @@ FEW = 6  # stacks that a page shows side by side; of more, one at a time, by cho
 EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where a panel in space is seen
 NARROW_NAME = 22  # characters in a line of a row's name on a narrow page
 NARROW_EYE = 1.8  # times as far on a narrow page
+MANY_COLUMNS = 4  # of panels, in which a logarithmic axis has no room for 2 and 5
 NARROW_WIDTH = 290  # px of a panel there, between its axis and the edge
 PALE = "rgba(122,122,122,0.45)"
 
@@ -177,6 +178,8 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.
             }
             first = groups.setdefault((side, scale.group), f"{side}{end}") if scale.group else ""
             own |= {"matches": first} if first not in ("", f"{side}{end}") else {}
+            if side == "x" and n_column >= MANY_COLUMNS and own.get("dtick") == "D2":
+                own["dtick"] = 1
             if side == "y" and _is_named_beside(panel, beside[number]):
                 own |= {"title": {"text": ""}} | ({} if scale.ticks is None else {"showticklabels": False})
             if any(isinstance(each, of.Heat) for each in panel.elements):
