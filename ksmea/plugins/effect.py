@@ -226,6 +226,17 @@ class Effect(Settings, Generic[Seen]):
         of_measurement = self.is_of_measurement
         return StatementRecord(words, says, dict(sizes), place, self.check_next, self.picture, of_measurement)
 
+    def statement_on(self, problem: Seen, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        """Statement about this effect on a machine, for a sentence that depends on its parts.
+
+        Default: `statement`.
+
+        Args:
+            problem: problem without this effect.
+            sizes: as of `statement`.
+        """
+        return self.statement(sizes)
+
     def vectors(self) -> Sequence[str]:
         """Names of vectors among its unknowns, without `_x` and `_y`. Default: empty."""
         return ()

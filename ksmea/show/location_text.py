@@ -56,8 +56,10 @@ def findings(record: LocationRecord) -> list[str]:
 
 
 def findings_without_values(record: LocationRecord) -> list[str]:
-    """`findings` without the unknowns."""
+    """`findings` without the unknowns; of a spread cause without the force at its best site, which is one of many."""
     gain = "" if record.predictive_gain is None else "\n".join(gain_lines(record.predictive_gain, record.notation))
+    if record.is_spread:
+        return [block for block in (where(record), _laws_if_local(record), gain) if block]
     return [block for block in (where(record), _what_it_does(record), _laws(record), gain) if block]
 
 
@@ -267,6 +269,11 @@ def _laws(record: LocationRecord) -> str:
     return "\n".join(lines)
 
 
+def _laws_if_local(record: LocationRecord) -> str:
+    """The law that holds, for the case that the cause is not spread after all."""
+    return "" if record.law is None else f"If it acts at one place alone:\n{_laws(record)}"
+
+
 def _law(record: LocationRecord, law: LawRecord) -> str:
     return f"at {place(record, law.position)}, {law_words(law)}"
 
@@ -280,21 +287,15 @@ def why_without(others: str, trusted: str = OVER_SITES) -> str:
 
 
 def coefficients(record: LocationRecord) -> list[str]:
-    """The table of unknowns fitted with the unknown force and without it; empty where nothing is.
-
-    Intervals are shown only if it is located: what is spread over the shaft no force at one place stands for.
-    """
-    if record.force is None:
+    """The table of unknowns fitted with the unknown force and without it; empty if nothing is located."""
+    if record.force is None or record.is_spread:
         return []
     level = f"{100 * record.interval_level:g} %"
-    if record.is_spread:
-        head, parts = ["unknown", "unit", "beside it", "without"], slice(0, 1)
-    else:
-        head, parts = ["unknown", "unit", "beside it", level, f"{level} over all sites", "without"], slice(None)
+    head = ["unknown", "unit", "beside it", level, f"{level} over all sites", "without"]
     lines = [
         [
             *(each.name, each.plain.unit),
-            *[*_interval(each.best), *_interval(each.over_sites)[1:]][parts],
+            *[*_interval(each.best), *_interval(each.over_sites)[1:]],
             number(each.plain.value),
         ]
         for each in record.coefficients

@@ -175,7 +175,8 @@ def effect_record(candidate: Candidate, statement: StatementRecord | None = None
 
 def _statement(candidate: Candidate, fit: Fit, estimated: Estimate, own: range) -> StatementRecord:
     estimates = {each.name: each for each in (estimated_record(fit, estimated, index) for index in own)}
-    return candidate.effect.statement(of_unknowns(estimates, _correlation(estimated.point.whitened, own)))
+    sizes = of_unknowns(estimates, _correlation(estimated.point.whitened, own))
+    return candidate.effect.statement_on(fit.problem.machine, sizes)
 
 
 def estimated_record(fit: Fit, estimated: Estimate, index: int) -> EstimateRecord:

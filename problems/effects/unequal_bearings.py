@@ -32,18 +32,19 @@ LIMITS = (-0.75, 3.0)  # a quarter to four times: bearings of one type that diff
 NOTICED = (0.04, 0.35)  # of either sign in each direction, are drawn
 STIFFNESS, DAMPING = "stiffness", "damping"
 CHANGES = {STIFFNESS: (STIFFNESS,), DAMPING: (DAMPING,), "stiffness and damping": (STIFFNESS, DAMPING)}
+OTHERS = "the other bearings"
 LETTERS = {STIFFNESS: "k", DAMPING: "c"}
 
 
 @dataclass(frozen=True)
 class UnequalBearings(RotorEffect):
-    """One bearing is stiffer or softer than the rest, or damps more or less."""
+    """One bearing is stiffer or softer than the others, or damps more or less."""
 
     bearing: int = setting(1, "which one differs, as the rotor file counts", at_least=1)
     changes: str = setting(STIFFNESS, "which of its coefficients differ", choices=tuple(CHANGES))
 
     picture = ORBIT
-    check_next = "Measure clearance and static load of both bearings: a difference confirms it."
+    check_next = "Measure clearance and static load of the bearings: a difference confirms it."
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
         "bearing_position": "both change the share of each bearing; measure the width over which it carries",
@@ -90,8 +91,16 @@ class UnequalBearings(RotorEffect):
             phrase, own = _difference({axis: sizes[f"{part}_difference_{axis}"] for axis in DIRECTIONS}, part)
             said.append(phrase)
             used |= own
-        sentence = f"Bearing {self.bearing} {' and '.join(said)} than the rest"
+        sentence = f"Bearing {self.bearing} {' and '.join(said)} than {OTHERS}"
         return dataclasses.replace(super().statement(sizes), sentence=sentence, sizes=used)
+
+    def statement_on(self, problem: RotorProblem, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        """Of two bearings the other one by its number."""
+        said = self.statement(sizes)
+        if len(problem.rotor.bearings) != 2:
+            return said
+        other = f"than bearing {3 - self.bearing}"
+        return dataclasses.replace(said, sentence=said.sentence.replace(f"than {OTHERS}", other))
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
         changed, own = impedance.copy(), self.bearing - 1

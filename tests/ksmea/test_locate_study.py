@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from bench.plan.page import Drawn, Folded
+from bench.reports.diagnosis.location_page import location_blocks
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
@@ -180,6 +182,15 @@ def test_a_headline_says_no_place_where_most_are_as_likely(record):
     assert "Its cause is spread over the shaft (100 % of all places explain the data)" in text(anywhere)
     for said in (headline(anywhere), plot(anywhere).get_suptitle()):
         assert said.startswith("Something unknown explains the data, spread over the shaft")
+
+
+def test_a_spread_cause_is_shown_without_a_force_at_its_best_site(record):
+    """Nor are the unknowns beside it; a law is stated on the condition that the cause is at one place."""
+    said, page = text(everywhere(record)), [*location_blocks(everywhere(record))]
+    assert "the force is x" in text(record) and "the force is x" not in said and "beside it" not in said
+    assert "If it acts at one place alone:\nAt 1 m (disk 3)" in said
+    assert len(plot(record).axes) > len(plot(everywhere(record)).axes) == 2
+    assert [type(each) for each in page] == [Drawn, Folded] and len([*location_blocks(record)]) == 3
 
 
 def accepted_at(record, **positions):

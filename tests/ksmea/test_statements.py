@@ -61,13 +61,16 @@ def test_equal_differences_are_said_once_and_others_apart():
         estimated("stiffness_difference_x", -5.0, 0.3, "%"), estimated("stiffness_difference_y", 20.0, 0.4, "%")
     )
     bearings = UnequalBearings()
-    assert sentence(bearings.statement(alike)) == "Bearing 1 is 8.10 % stiffer in x and y than the rest"
+    assert sentence(bearings.statement(alike)) == "Bearing 1 is 8.10 % stiffer in x and y than the other bearings"
+    two = ThreeDisk(mesh=13).build()
+    assert sentence(bearings.statement_on(two, alike)) == "Bearing 1 is 8.10 % stiffer in x and y than bearing 2"
     damped = UnequalBearings(bearing=2, changes="stiffness and damping").statement(
         alike | sizes(estimated("damping_difference_x", -30.0, 3, "%"), estimated("damping_difference_y", 50.0, 4, "%"))
     )
-    said = "Bearing 2 is 8.10 % stiffer in x and y and damps 30 % less in x and 50 % more in y than the rest"
+    said = "Bearing 2 is 8.10 % stiffer in x and y and damps 30 % less in x and 50 % more in y than the other bearings"
     assert sentence(damped) == said
-    assert sentence(bearings.statement(apart)) == "Bearing 1 is 5.0 % softer in x and 20.0 % stiffer in y than the rest"
+    said = "Bearing 1 is 5.0 % softer in x and 20.0 % stiffer in y than the other bearings"
+    assert sentence(bearings.statement(apart)) == said
 
 
 @pytest.mark.parametrize(

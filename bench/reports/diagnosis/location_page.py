@@ -21,7 +21,7 @@ def location_page(record: LocationRecord, following: Sequence[Block]) -> Page:
 
 
 def location_blocks(record: LocationRecord, file: str = "", about_others: Sequence[str] = ()) -> Iterator[Block]:
-    """Shaft, force over speed, sites and unknowns.
+    """Shaft and sites, and of a local cause its force over speed and the unknowns.
 
     `about_others` says why values of the same model elsewhere on the page are others.
     """
@@ -42,6 +42,6 @@ def location_blocks(record: LocationRecord, file: str = "", about_others: Sequen
         }
         for each in record.coefficients
     }
-    if record.force is not None and unknowns:
+    if record.is_local and record.force is not None and unknowns:
         said = "Unknowns without what acts there, and beside it: values at the best site, intervals over all sites."
         yield Drawn(intervals_chart(unknowns, {}, " ".join([said, *about_others])))

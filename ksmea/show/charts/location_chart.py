@@ -25,14 +25,19 @@ N_SD = 2.0  # of the band of a law
 def location_chart(record: LocationRecord) -> Chart:
     """The shaft with the sites.
 
-    Below it, where something was found, its amplitude, its work per turn and its dynamic stiffness over speed.
+    Below it, if something was located, its amplitude, its work per turn and its dynamic stiffness over speed.
     """
-    force = record.force
+    force = _located(record)
     stacks = [tuple(_shaft(record))]
     if force is not None:
         draw = (_amplitude, *((_work, _stiffness) if force.work else ()))
         stacks.append(tuple(each(record, force) for each in draw))
     return Chart(_title(record), _caption(record), tuple(stacks))
+
+
+def _located(record: LocationRecord) -> ForceRecord | None:
+    """The force at the best site; None if the cause is spread, as it would be one of many."""
+    return None if record.is_spread else record.force
 
 
 def _title(record: LocationRecord) -> str:
@@ -52,7 +57,7 @@ def _caption(record: LocationRecord) -> str:
         "p of the test of each site over its position; filled: accepted, hollow: rejected, dashed: the level of the test. Below"
         " it the shaft with its disks, bearings and probes (triangles above it)."
     )
-    force = record.force
+    force = _located(record)
     if force is None:
         return said
     said += f" Over speed the unknown {force.kind} at the best site; bands: {100 * record.interval_level:g} % intervals"
