@@ -51,7 +51,7 @@ NOTHING = changed(
 def test_verdicts_that_differ_stand_first_and_values_of_an_effect_are_told(side):
     found = compared(side(RECORD, "named"), side(NOTHING, "adequate"))
     [applied] = RECORD.applied
-    line = f"the verdicts differ (a: named – runout ({applied.location}); b: adequate); "
+    line = f"the findings differ: runout ({applied.location}) in a, the model explains the data in b; "
     assert found.verdict.startswith(line)
     [size] = [row.after for row in RECORD.coefficients if row.name == "runout_x"]
     row = found.unknowns.set_index("unknown").loc["runout_x"]
@@ -59,7 +59,7 @@ def test_verdicts_that_differ_stand_first_and_values_of_an_effect_are_told(side)
     assert row["agrees"] == "only in a"
     said = text(found)
     assert said.splitlines()[2] == f"{found.verdict[0].upper()}{found.verdict[1:]}." and "not known" not in said
-    assert "he verdicts differ (a: named" in comparison_page(found).decode()
+    assert "he findings differ: runout (" in comparison_page(found).decode()
 
 
 def test_effects_that_both_have_are_compared_as_unknowns_are(side):
@@ -70,7 +70,7 @@ def test_effects_that_both_have_are_compared_as_unknowns_are(side):
         for row in RECORD.coefficients
     )
     same = compared(side(RECORD, "one"), side(RECORD, "two"))
-    assert same.verdict.startswith("the verdicts are the same (named – runout (")
-    assert f"all {len(RECORD.coefficients)} unknowns with intervals in both agree" in same.verdict
+    assert same.verdict.startswith("the findings are the same: runout (")
+    assert f"all {len(RECORD.coefficients)} parameters with intervals in both agree" in same.verdict
     openly = compared(side(RECORD, "three"), side(changed(coefficients=bigger), "four"))
     assert openly.unknowns.set_index("unknown").loc["runout_x", "agrees"] == "not known"  # open on both sides

@@ -13,7 +13,7 @@ import pytest
 
 from bench.plan.page import Table
 from bench.reports.diagnosis.page import diagnosis_page
-from bench.reports.identification.summary import _range as errors_in_words
+from bench.reports.identification.spread_chart import _percent as error_in_words
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.experiment import heading
 from bench.reports.pages.made_by import command_line
@@ -113,8 +113,8 @@ def test_a_command_of_a_page_gives_a_shell_the_words_that_were_given(word):
     assert done.stdout.decode() == word
 
 
-def test_a_range_of_errors_is_told_without_powers_of_ten():
-    assert errors_in_words(pd.Series([3.02, 100.0])) == "3 to 100"
+def test_an_error_is_told_without_powers_of_ten():
+    assert [error_in_words(each) for each in (3.02, 100.0, 2.8e-7)] == ["3", "100", "0.001"]
 
 
 def test_models_of_a_diagnosis_are_drawn_at_the_fine_speeds_of_its_record():

@@ -104,7 +104,7 @@ def test_two_identifications_from_their_pages_to_the_comparison(enter, monkeypat
     assert "combined standard deviations" in compared.out and re.search(r"seed +0 +1", compared.out)
     assert {path.name for path in compared.output.iterdir()} == {"compare.csv", "index.html"}
     same = enter("compare", "identify", "identify").out
-    assert "all 5 unknowns" in same and "No setting that both have differs" in same and "same data" in same
+    assert "all 5 parameters" in same and "No setting that both have differs" in same and "same data" in same
     refused = enter("compare", "identify")
     assert refused.code == 2 and "expected two names" in refused.err
 

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from bench.reports.comparison.sides import Side
+from bench.reports.fleet.rows import EXPLAINED, NOT_EXPLAINED
 from bench.reports.pages.made_by import OF_CODE
 from ksmea.errors import shortened
 from ksmea.records.estimate import Shown
@@ -26,6 +27,14 @@ from ksmea.show.text import aligned, capital, in_columns, number, of_chances, wi
 AGREE = 2.0  # combined standard deviations up to which two values are said to agree
 YES, NO = ANSWERS = "yes", "no"
 NOT_KNOWN = "not known"  # of an unknown that one side leaves open towards the other
+SAID = {
+    "adequate": "the model explains the data",
+    EXPLAINED: "the model explains the data",
+    NOT_EXPLAINED: "the model does not explain the data",
+    "unknown": "a cause that is not known",
+    "misread": "data that are misread",
+    "not observable": "nothing that the data show",
+}  # verdicts, in words
 ONLY = "only in {}"  # of an unknown that the other side's model has not
 OF_CHANCE = "lack-of-fit p"  # how facts begin that are chances
 ABSENT = "–"  # in the place of a setting that one side has not
@@ -61,7 +70,7 @@ class Comparison:
     @property
     def verdict(self) -> str:
         """Whether the verdicts agree, and then whether the unknowns that both have do."""
-        return "; ".join(filter(None, [self._of_verdicts, self._of_unknowns]))
+        return "; ".join(filter(None, [self._of_verdicts, self.of_unknowns]))
 
     @property
     def _of_verdicts(self) -> str:
@@ -70,19 +79,36 @@ class Comparison:
         if first.study != second.study:
             return ""
         if first.finding == second.finding:
-            return f"the verdicts are the same ({first.finding})"
-        return f"the verdicts differ (a: {first.finding}; b: {second.finding})"
+            return f"the findings are the same: {in_words(first.finding)}"
+        return f"the findings differ: {in_words(first.finding)} in a, {in_words(second.finding)} in b"
 
     @property
-    def _of_unknowns(self) -> str:
+    def of_unknowns(self) -> str:
         comparable = self.unknowns[self.unknowns["agrees"].isin(ANSWERS)]
         apart = comparable[comparable["agrees"] == NO]
         if comparable.empty:
-            return "no unknown has an interval in both: whether they agree is not known"
+            return "no parameter has an interval in both: whether they agree is not known"
         if apart.empty:
-            return f"all {len(comparable)} unknowns with intervals in both agree within {AGREE:g} combined standard deviations"
+            return f"all {len(comparable)} parameters with intervals in both agree within {AGREE:g} combined standard deviations"
         names = ", ".join(f"{row.unknown} ({row.difference_sigma:+.3g})" for row in apart.itertuples())
-        return f"{len(apart)} of {len(comparable)} unknowns differ by more than {AGREE:g} combined standard deviations: {names}"
+        return f"{len(apart)} of {len(comparable)} parameters differ by more than {AGREE:g} combined standard deviations: {names}"
+
+
+def in_words(finding: str) -> str:
+    """A finding without the names of verdicts and without doubts, which the page states with it.
+
+    >>> in_words("named – unequal_bearings (stiffness of bearing 2)"), in_words("adequate")
+    ('unequal bearings (stiffness of bearing 2)', 'the model explains the data')
+    """
+    verdict, _, cause = finding.partition(";")[0].partition(" – ")
+    said = cause.replace("_", " ")
+    match verdict:
+        case "named" | "located" if said:
+            return said
+        case "ambiguous" if said:
+            return f"{said} or another cause"
+        case _:
+            return SAID.get(verdict, verdict) + (f", {said}" if said else "")
 
 
 def compared(first: Side, second: Side) -> Comparison:
@@ -181,7 +207,7 @@ def unknowns_table(comparison: Comparison) -> pd.DataFrame:
         ]
         for row in comparison.unknowns.to_dict("records")
     ]
-    return pd.DataFrame(rows, columns=["unknown", "a", "b", "unit", "(b − a) / σ", "agree"])
+    return pd.DataFrame(rows, columns=["parameter", "a", "b", "unit", "(b − a) / σ", "agree"])
 
 
 def _settings_text(comparison: Comparison) -> list[str]:

@@ -7,23 +7,28 @@ from bench.reports.comparison.comparison import SAME_DATA, Comparison, unknowns_
 from bench.reports.pages.document import document
 from bench.reports.pages.made_by import command_line
 from ksmea.show.charts.intervals_chart import intervals_chart
+from ksmea.show.text import capital
 
 
 def comparison_page(comparison: Comparison) -> bytes:
-    """Both sides with their unknowns on one axis, what they say, and the settings that differ."""
+    """Findings of both sides, their parameters on one axis, and the settings that differ."""
     first, second = comparison.first, comparison.second
     unknowns = {
-        name: {side: of.unknowns[name] for side, of in (("a", first), ("b", second)) if name in of.unknowns}
-        for name in dict.fromkeys([*first.unknowns, *second.unknowns])
+        name: {"a": shown, "b": second.unknowns[name]}
+        for name, shown in first.unknowns.items()
+        if name in second.unknowns
     }
     blocks: list[Block] = [Prose(f"a: {first.name}: {first.verdict}\nb: {second.name}: {second.verdict}")]
     about = f"Differences are in combined standard deviations σ of two independent measurements.\n{SAME_DATA if comparison.is_of_same_data else ''}"
-    of_unknowns: list[Block] = [Prose(about), Table(unknowns_table(comparison), "Unknowns", "compare.csv")]
+    of_unknowns: list[Block] = [Prose(about), Table(unknowns_table(comparison), file="compare.csv")]
     if unknowns:
         of_unknowns.append(
             Drawn(
                 intervals_chart(
-                    unknowns, {}, "The values and intervals of both, relative to b where it has the unknown."
+                    unknowns,
+                    {},
+                    "Values and intervals of the parameters that both have, relative to b.",
+                    capital(comparison.of_unknowns),
                 )
             )
         )
@@ -31,8 +36,8 @@ def comparison_page(comparison: Comparison) -> bytes:
         (Table(comparison.settings),) if len(comparison.settings) else (Prose("No setting differs."),)
     )
     sections = [
-        Section("Both", tuple(blocks)),
-        Section("Unknowns", tuple(of_unknowns)),
+        Section("Findings", tuple(blocks)),
+        Section("Parameters", tuple(of_unknowns)),
         Section("Verdict, misfit and effort", (Table(comparison.facts),)),
         Section("Settings that differ", differing),
         Section(

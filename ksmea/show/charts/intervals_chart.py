@@ -19,7 +19,12 @@ AT_EDGE = 0.97  # of the way to the edge: where arrows are
 ROW = 0.48  # inches for each unknown
 
 
-def intervals_chart(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], caption: str) -> Chart:
+TITLE = "Parameters with their intervals"
+
+
+def intervals_chart(
+    unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], caption: str, title: str = TITLE
+) -> Chart:
     """Values and intervals of the unknowns, by name, in each series, by name, as deviations in per cent.
 
     Deviations are from the value of the last series that has the unknown, in per cent of it; of an angle, in per cent
@@ -74,7 +79,7 @@ def intervals_chart(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[
     caption += " Angles: 100 % is 1 rad." if any(_is_angle(each) for each in believed.values()) else ""
     caption += " Arrows: beyond that edge or open, as the table says." if arrows else ""
     x = Axis(label, low=-edge, high=edge, better="middle")
-    return one_panel(elements, x, rows_axis, "Unknowns with their intervals", caption, height=0.2 + ROW * len(names))
+    return one_panel(elements, x, rows_axis, title, caption, height=0.2 + ROW * len(names))
 
 
 def _said(name: str, each: Shown) -> str:
