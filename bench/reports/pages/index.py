@@ -8,7 +8,7 @@ It is made of the beginnings of the pages themselves, so that it costs next to n
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -25,6 +25,9 @@ from ksmea.settings.regular_files import open_regular
 RESULTS = "results"  # folder whose index is kept by itself
 DEPTHS = ("*", "*/*")  # below the folder: experiments, and those that an experiment includes
 LONGEST = 300  # characters of what was found
+COUNTS = ("failed", "unfinished")  # runs, shown if there are any
+MOST_UNFILTERED = 10  # rows; of more a reader can choose by words
+PICTURES = ("finding.png", "location.png", "rotor.png")  # that show most of a folder, before others
 
 
 def write_index_above(output: Path) -> None:
@@ -54,12 +57,13 @@ def index_page(folder: Path) -> bytes:
     """The index of all experiments whose results lie in a folder, the latest first."""
     found = {place: page_facts(folder / place) for place in _experiments(folder)}
     ordered = sorted(found.items(), key=lambda item: (str(item[1].get("when", "")), str(item[0])), reverse=True)
-    rows = "".join(_row(place, each) for place, each in ordered)
+    counted = [each for each in COUNTS if any(facts.get(each) for facts in found.values())]
+    rows = "".join(_row(folder, place, each, counted) for place, each in ordered)
     head = "".join(
         f'<th scope="col"{attribute}>{name}</th>'
         for name, attribute in (
-            ("results", ""), ("found", ""), ("runs", ' class="number"'), ("failed", ' class="number"'),
-            ("unfinished", ' class="number"'), ("when", ""), ("study", ""),
+            ("results", ""), ("", ""), ("found", ""), ("runs", ' class="number"'),
+            *((each, ' class="number"') for each in counted), ("when", ""), ("study", ""),
         )
     )  # fmt: skip
     table = (
@@ -68,12 +72,17 @@ def index_page(folder: Path) -> bytes:
     )
     body = table if found else "<p>No results yet: python -m bench help shows what there is to run.</p>"
     script, style = bundle.asset("page.js"), bundle.asset("page.css")
-    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src {bundle.digest_of(script.encode())}"
+    policy = (
+        f"default-src 'none'; img-src 'self' file:; style-src 'unsafe-inline';"
+        f" script-src {bundle.digest_of(script.encode())}"
+    )
+    field = '<p class="filter" hidden><label>Only rows with <input type="search" data-filter></label></p>'
+    only = field if len(found) > MOST_UNFILTERED else ""
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n<meta name="{FACTS}" content="{safe(INDEX)}">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{safe(policy)}">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>Results</title><style>{style}</style></head>\n'
-        f"<body><header><h1>Results</h1><p>{len(found)} in {safe(folder.absolute().name)}</p></header>\n<main>{body}</main>\n"
+        f"<body><header><h1>Results</h1><p>{len(found)} in {safe(folder.absolute().name)}</p></header>\n<main>{only}{body}</main>\n"
         f"<script>{script}</script></body></html>\n"
     ).encode()
 
@@ -130,7 +139,8 @@ def _beginning(path: Path, lines: int = 0) -> str:
         return ""
 
 
-def _row(place: Path, facts: Mapping[str, Any]) -> str:
+def _row(folder: Path, place: Path, facts: Mapping[str, Any], counted: Sequence[str]) -> str:
+    """A row of the table; of what is counted a number above 0."""
     name = str(place)
     has_page = "study" in facts
     shown = f'<a href="{safe(quote(place.as_posix()))}/{PAGE}">{safe(name)}</a>' if has_page else safe(name)
@@ -141,9 +151,20 @@ def _row(place: Path, facts: Mapping[str, Any]) -> str:
         f'<td class="number" data-label="{label}">{safe(number)}</td>'
         for label, number in (
             ("run" if n_run == 1 else "runs", n_run),
-            *((each, facts.get(each, "")) for each in ("failed", "unfinished")),
+            *((each, facts.get(each) or "") for each in counted),
         )
     )
     texts = (f'<td class="when">{safe(when)}</td>', f"<td>{safe(facts.get('study', ''))}</td>")
-    cells = [f'<td class="name">{shown}</td>', f'<td class="long">{found}</td>', *numbers, *texts]
+    image = _image(folder, place) if has_page else ""
+    cells = [f'<td class="name">{shown}</td>', f'<td class="small">{image}</td>', f'<td class="long">{found}</td>']
+    cells += [*numbers, *texts]
     return f"<tr>{''.join(cells)}</tr>"
+
+
+def _image(folder: Path, place: Path) -> str:
+    """A small picture of what was found, beside the page; '' if there is none."""
+    there = sorted(path.name for path in (folder / place).glob("*.png"))
+    file = next((each for each in PICTURES if each in there), next(iter(there), None))
+    if file is None:
+        return ""
+    return f'<img loading="lazy" alt="" src="{safe(quote((place / file).as_posix()))}">'

@@ -17,6 +17,7 @@
   for (const table of document.querySelectorAll("table")) makeSortable(table);
   for (const box of document.querySelectorAll(".scroll")) tellWidth(box);
   addEventListener("beforeprint", () => { for (const each of document.querySelectorAll("details")) each.open = true; });
+  for (const input of document.querySelectorAll("[data-filter]")) makeFilter(input);
   if (!figures.length) return;
 
   const plotly = await unpacked(document.getElementById("plotly").textContent);
@@ -256,6 +257,15 @@
     const look = () => { said.hidden = box.scrollWidth <= box.clientWidth + 1; };
     new ResizeObserver(look).observe(box);
     for (const image of box.querySelectorAll("img")) image.addEventListener("load", look);
+  }
+
+  /** A field that leaves the rows of the table which have all its words. */
+  function makeFilter(input) {
+    input.closest(".filter").hidden = false;
+    input.addEventListener("input", () => {
+      const words = input.value.toLowerCase().split(/\s+/);
+      for (const row of document.querySelectorAll("tbody tr")) row.hidden = !words.every((word) => row.textContent.toLowerCase().includes(word));
+    });
   }
 
   function makeSortable(table) {

@@ -1,0 +1,40 @@
+"""The page over all results: what each row shows, and what only some folders have."""
+
+import pytest
+
+from bench.plan.page import Page
+from bench.reports.pages.document import document
+from bench.reports.pages.index import MOST_UNFILTERED, index_page
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A function that writes a page with facts into a folder, and gives the index of all."""
+
+    def write(name, *pictures, **facts):
+        (tmp_path / name).mkdir()
+        about = {"name": name, "study": "identify", "runs": 1, "headline": f"found in {name}", **facts}
+        (tmp_path / name / "index.html").write_bytes(document(name, Page(f"found in {name}"), [], about, {}))
+        for picture in pictures:
+            (tmp_path / name / picture).write_bytes(b"")
+        return index_page(tmp_path).decode()
+
+    return write
+
+
+def test_failed_and_unfinished_runs_have_a_column_only_if_there_are_any(folder):
+    page = folder("one", failed=0, unfinished=0)
+    assert ">failed<" not in page and ">unfinished<" not in page
+    page = folder("two", failed=3, unfinished=0)
+    assert ">failed<" in page and ">3</td>" in page and ">unfinished<" not in page and ">0</td>" not in page
+
+
+def test_a_row_has_the_picture_that_shows_most_of_its_folder(folder):
+    assert "<img" not in folder("none")
+    assert 'src="one/finding.png"' in folder("one", "cause.png", "finding.png")
+    assert 'src="a%20%26%20b/other.png"' in folder("a & b", "other.png")
+
+
+def test_many_rows_can_be_chosen_by_words(folder):
+    pages = [folder(f"result_{number}") for number in range(MOST_UNFILTERED + 1)]
+    assert "<input" not in pages[-2] and pages[-1].count("<input") == 1
