@@ -11,7 +11,7 @@ from bench.jobs.lines import SCHEMA
 from bench.jobs.records import finished_keys, record_file
 from bench.plan.plan import all_runs
 from bench.reports.collect import collect
-from bench.reports.contest.charts import ecdf_chart
+from bench.reports.contest.charts import ecdf_chart, solved_chart
 from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame
 from bench.reports.contest.ecdf_curves import anytime_frame, ecdf_frame, profiles_frame
 from bench.reports.contest.entrants import entrants_frame
@@ -24,6 +24,7 @@ from bench.reports.identification.trace_table import read_traces
 from bench.reports.runs import runs_frame
 from contests import FAILED, contest_plan, record, write_contest
 from ksmea.errors import SettingError
+from ksmea.show.charts.chart import Band, Line, Points, Words
 from ksmea.show.charts.picture import figure
 
 METHODS = ("fast", "slow")
@@ -248,7 +249,7 @@ def test_the_text_says_how_sure_the_first_is(found):
     [excess, _, speed, *_] = told(found())
     assert speed.startswith("how early targets of the excess are reached: lowest mean ranks fast 1.00 (1.00–1.00)")
     assert "fast is first in 100 % of resamples" in speed
-    assert "3 instances tell no pair of 1 apart, 6 could" in speed  # 2^(1 − 6) < 0.05
+    assert "3 instances cannot separate the two, 6 could" in speed  # 2^(1 − 6) < 0.05
     assert "both halves of the seeds are not shown to agree, Kendall's τ 1.00" in speed
     assert "intervals of 3 instances say too little; take 5 or more" in told(found())
     assert "fast is first in 50 %" in excess  # of two that tie
@@ -266,7 +267,8 @@ def test_a_report_from_records_to_the_page(tmp_path, capsys):
         f"contest{end}.csv" for end in ("", "_ert", "_pairs", "_tests", "_ecdf", "_anytime", "_profiles", "_instances")
     }
     figures = {
-        f"contest{end}.png" for end in ("_ecdf_excess", "_ecdf_error", "_ranks", "_anytime", "_profiles", "_price")
+        f"contest{end}.png"
+        for end in ("_solved", "_ecdf_excess", "_ecdf_error", "_ranks", "_anytime", "_profiles", "_price")
     }
     assert names == {*tables, *figures, "runs.csv", "index.html"}
     assert pd.read_csv(tmp_path / "contest.csv").query("family == 'all'")["method"].tolist() == list(methods)
@@ -304,6 +306,41 @@ def test_methods_have_symbols_of_their_own_not_colours_alone(found):
     chart = ecdf_chart(ecdf_frame(compared, weights(compared)), compared.measures[0], METHODS)
     lines = [each for each in chart.panels[0].elements if each.name]
     assert [each.name for each in lines] == [*METHODS] and len({each.symbol for each in lines} - {""}) == 2
+
+
+def test_ranks_ties_and_targets_that_no_run_reaches_are_drawn(found):
+    """Two methods that tie share rank 1; one that never reaches the target has a word in place of a cost, an open cost an arrow."""
+    compared = found()
+    board = leaderboard(compared, weights(compared))
+    measure, pairs = compared.measures[0], all_pairs_frame(compared)
+    tied = solved_chart(board, pairs, measure, "title")
+    assert list(tied.panels[0].y.ticks.values()) == ["=1 fast", "=1 slow"] and "No test separates" in tied.caption
+    is_slow = board["method"] == "slow"
+    board.loc[is_slow, [f"{measure.name}_ert", f"{measure.name}_rank"]] = [np.inf, 2.0]
+    board.loc[~is_slow, f"{measure.name}_ert_high"] = np.inf
+    chart = solved_chart(board, pairs, measure, "title")
+    cost = chart.panels[1].elements
+    assert list(chart.panels[0].y.ticks.values()) == ["1 fast", "2 slow"]
+    assert [each.text for each in cost if isinstance(each, Words)] == ["never"]
+    assert [list(each.y) for each in cost if isinstance(each, Points) and each.symbol == "triangle right"] == [[0.0]]
+    assert figure(chart).get_axes()
+
+
+def test_curves_beyond_the_first_four_are_grey(found):
+    names = tuple("abcdef")
+    frame = pd.concat(
+        [
+            pd.DataFrame({"measure": "excess", "family": "all", "method": name, "cost_per_unknown": [1.0, 2.0],
+                          "low": 0.0, "share": [0.0, 0.5], "high": 1.0}) for name in names
+        ]
+    )  # fmt: skip
+    (panel,) = ecdf_chart(frame, found().measures[0], names).panels
+    lines = [each for each in panel.elements if isinstance(each, Line)]
+    assert [each.name for each in lines] == ["others", "others", *"abcd"] and [each.said for each in lines[:2]] == [
+        "e",
+        "f",
+    ]
+    assert sum(isinstance(each, Band) for each in panel.elements) == 4
 
 
 def test_before_anything_is_run_there_is_nothing_to_rank(tmp_path):

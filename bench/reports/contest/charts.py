@@ -1,11 +1,12 @@
-"""Charts of a contest: curves over cost, profiles, mean ranks, and time against the model's price.
+"""Charts of a contest: what methods solve and spend, curves over cost, profiles, ranks, and time by the model's price.
 
-Profiles are over the instances.
+Profiles are over the instances. Curves of the first methods have colours, those of others are grey.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from textwrap import fill
 from typing import Any
 
@@ -16,12 +17,14 @@ from bench.reports.contest.paired_tests import cliques
 from bench.reports.contest.scores import WORDS
 from bench.reports.contest.targets import Measure
 from ksmea.arrays import Array
-from ksmea.show.charts.chart import Axis, Band, Chart, Choice, Element, Level, Line, Panel, Points
-from ksmea.show.charts.colours import INTERVAL, styles, symbol
+from ksmea.show.charts.chart import Axis, Band, Chart, Choice, Element, Level, Line, Panel, Points, Words
+from ksmea.show.charts.colours import CONTEXT, INTERVAL, PAPER, styles, symbol
 
 COST = "evaluations / unknowns"
 LEAST = 1e-3  # of a measure, below which the data see no difference: drawn as this
-BANDED = 7  # methods, beyond which bands of quartiles would hide the lines
+COLOURED = 4  # methods, the first ones, whose curves have a colour; more could not be told apart
+OTHERS = "others"
+BEYOND = 1.6  # times the largest cost: where an open interval ends
 PRICES = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
 PROFILES = {
     "performance": "expected running time / fastest",
@@ -30,6 +33,71 @@ PROFILES = {
 MARKED = 5  # points of a line with the symbol of its method
 TITLE = 26  # characters in a line of a title, three panels side by side
 COLUMNS, WIDTH = 2, 4.6  # panels side by side, and inches of each
+
+
+def solved_chart(board: pd.DataFrame, pairs: pd.DataFrame, measure: Measure, title: str) -> Chart:
+    """What each method solves, what it spends to solve one, and its time, over all instances.
+
+    Rows are in the order of the first criterion; methods that tie share a rank.
+    """
+    rows = board[board["family"] == "all"].reset_index(drop=True)
+    at = np.arange(len(rows), dtype=float)
+    y = Axis(
+        low=-0.6, high=len(rows) - 0.4, ticks=dict(zip(at, _ranked(rows, measure))), is_reversed=True, group="method"
+    )  # fmt: skip
+    share, low, high = (100 * rows[f"{measure.name}_reached{end}"].to_numpy(float) for end in ("", "_low", "_high"))
+    counts = [f"{part * runs / 100:.0f} of {runs:.0f}" for part, runs in zip(share, rows["runs"])]
+    solved: list[Element] = [Points(share, at, left=low, right=high, said=counts)]
+    groups = [each for each in _cliques(rows["method"].tolist(), pairs, measure.name) if len(each) < len(rows)]
+    for number, clique in enumerate(groups):
+        x, first = 106.0 + 4.0 * number, rows["method"].tolist().index(clique[0])
+        solved.append(Line([x, x], [first - 0.3, first + len(clique) - 0.7], width=3.0, colour=INTERVAL))
+    x_solved = Axis("%", low=-4.0, high=106.0 + 4.0 * max(len(groups), 1), ticks={0.0: "0", 50.0: "50", 100.0: "100"})
+    tall = 0.3 * len(rows) + 0.3
+    target = f"{measure.name} ≤ {measure.main:g}"
+    panels = (
+        Panel(tuple(solved), x_solved, y, f"runs that reach {target}", tall),
+        Panel(tuple(_costs(rows, measure, at)), Axis("", "log", better="low"), y, "evaluations to reach it once", tall),
+        Panel((Points(rows["seconds"], at, said="{x:.3g} s"),), Axis("", "log"), y, "time of a run (s)", tall),
+    )
+    apart = "Green bars join methods that no test separates." if groups else "No test separates any two methods."
+    caption = (
+        f"Dots with 95 % intervals over all instances; the rank, before the name, is by the mean rank of the {measure.name} at the"
+        f" end, '=' of methods that tie. Evaluations: expected ones until a run reaches the target. {apart}"
+    )
+    return Chart(title, caption, tuple((panel,) for panel in panels), len(panels), 10.5, most=len(panels))
+
+
+def _ranked(rows: pd.DataFrame, measure: Measure) -> list[str]:
+    """Names of methods behind their ranks, '=1 LM' of those that tie."""
+    means = rows[f"{measure.name}_rank"].round(2).to_numpy(float)
+    return [
+        f"{'=' if np.sum(means == mean) > 1 else ''}{1 + int(np.sum(means < mean))} {method}"
+        for method, mean in zip(rows["method"], means)
+    ]
+
+
+def _costs(rows: pd.DataFrame, measure: Measure, at: Array) -> Iterator[Element]:
+    """Expected evaluations to the target, open intervals with an arrow, and which methods never reach it."""
+    cost, low, high = (rows[f"{measure.name}_ert{end}"].to_numpy(float) for end in ("", "_low", "_high"))
+    known = np.isfinite(cost)
+    ends = np.concatenate([cost, low, high])
+    ends = ends[np.isfinite(ends)]
+    edge = BEYOND * ends.max() if len(ends) else 1.0
+    is_open = known & ~np.isfinite(high)
+    right = np.where(np.isfinite(high), high, edge)
+    said = [f"{each:.0f} evaluations" for each in cost[known]]
+    yield Points(cost[known], at[known], left=low[known], right=right[known], said=said)
+    if is_open.any():
+        yield Points(np.full(int(is_open.sum()), edge), at[is_open], "triangle right", 6.0)
+    for row in at[~known]:
+        yield Words(x=edge, y=float(row), text="never", side="right", colour=PAPER)
+
+
+def _cliques(methods: Sequence[str], pairs: pd.DataFrame, criterion: str) -> list[list[str]]:
+    return [
+        list(each) for each in cliques(methods, pairs[(pairs["family"] == "all") & (pairs["criterion"] == criterion)])
+    ]
 
 
 def ecdf_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -> Chart:
@@ -43,15 +111,27 @@ def ecdf_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) ->
         elements = [
             each
             for method, rows in _rows(mine, group, methods)
-            for each in _banded(rows, methods, method, 100 * rows[["low", "share", "high"]])
+            for each in _banded(
+                rows, methods, method, 100 * rows[["low", "share", "high"]], has_band=_has_colour(methods, method)
+            )
         ]
         y = Axis("targets and runs reached (%)", low=-2, high=102, group="share", better="high")
         stacks.append((Panel(tuple(elements), Axis(COST, "log", group="cost"), y, group, 2.9),))
     said = (
         f"Share of targets ({measure.name} {measure.targets[0]:g} … {measure.targets[-1]:g}) and runs reached against the cost, with"
-        " 95 % bands."
+        f" 95 % bands{_grey(methods)}."
     )
-    return _chart(f"Targets reached, {measure.name}", said, stacks, methods, "instances")
+    return _chart(_reached_finding(mine, measure, methods), said, stacks, methods, "instances")
+
+
+def _reached_finding(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -> str:
+    """The method with the largest share of targets reached at the end, and its share."""
+    group = frame["family"].iloc[0]
+    ends = {method: 100 * float(rows["share"].iloc[-1]) for method, rows in _rows(frame, group, methods) if len(rows)}
+    best = max(ends.values(), default=0.0)
+    names = [method for method in methods if ends.get(method) == best]
+    more = f" and {len(names) - 1} more reach" if len(names) > 1 else " reaches"
+    return f"{names[0] if names else 'No method'}{more} {best:.0f} % of the targets of the {measure.name}"
 
 
 def anytime_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -> Chart:
@@ -67,13 +147,19 @@ def anytime_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str])
         for method, rows in _rows(frame, group, methods):
             ends = rows[[f"{measure.name}_{name}" for name in ("q1", "median", "q3")]]
             elements += _banded(
-                rows, methods, method, ends.clip(lower=LEAST).replace(np.inf, np.nan), len(methods) <= BANDED
+                rows,
+                methods,
+                method,
+                ends.clip(lower=LEAST).replace(np.inf, np.nan),
+                has_band=_has_colour(methods, method),
             )
         y = Axis(f"{measure.name}, at least {LEAST:g}", "log", group="measure", better="low")
         stacks.append((Panel(tuple(elements), Axis(COST, "log", group="cost"), y, group, 2.9),))
-    bands = ", quartiles as bands" if len(methods) <= BANDED else ""
-    said = f"Median {measure.name} of the best point so far against the cost{bands}; lines across: targets, of which the main one is drawn through."
-    return _chart("At any time", said, stacks, methods, "instances")
+    said = (
+        f"Median {measure.name} of the best point so far against the cost, quartiles as bands; lines across: targets, of which the"
+        f" main one is drawn through{_grey(methods)}."
+    )
+    return _chart(f"Median {measure.name} at any cost", said, stacks, methods, "instances")
 
 
 def profiles_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -> Chart:
@@ -84,7 +170,7 @@ def profiles_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]
         lines = [_line(rows["at"], 100 * rows["share"], methods, method) for method, rows in _rows(of, "all", methods)]
         y = Axis("instances (%)", low=-2, high=102, group="share", better="high")
         stacks.append((Panel(tuple(lines), Axis(label, "log"), y, f"{profile.capitalize()} profile", 2.9),))
-    said = f"Share of instances with {measure.name} ≤ {measure.main:g} within this cost."
+    said = f"Share of instances with {measure.name} ≤ {measure.main:g} within this cost{_grey(methods)}."
     return _chart("Performance and data profile", said, stacks, methods)
 
 
@@ -96,14 +182,15 @@ def ranks_chart(board: pd.DataFrame, pairs: pd.DataFrame) -> Chart:
     """
     names = [name for name in WORDS if f"{name}_rank" in board]
     rows = board[board["family"] == "all"]
-    stacks = []
+    stacks, has_bars = [], False
     for name in names:
         ordered = rows.sort_values(f"{name}_rank", kind="stable")
         methods = ordered["method"].tolist()
         mean, low, high = (ordered[f"{name}_rank{end}"].to_numpy(float) for end in ("", "_low", "_high"))
         said = [f"{method}: {rank:.2f}" for method, rank in zip(methods, mean)]
         elements: list[Element] = [Points(mean, np.arange(len(methods), dtype=float), left=low, right=high, said=said)]
-        alike = cliques(methods, pairs[(pairs["family"] == "all") & (pairs["criterion"] == name)])
+        alike = [each for each in _cliques(methods, pairs, name) if len(each) < len(methods)]
+        has_bars |= bool(alike)
         for number, clique in enumerate(alike):
             x, first = len(methods) + 0.5 + 0.35 * number, methods.index(clique[0])
             elements.append(Line([x, x], [first - 0.3, first + len(clique) - 0.7], width=4.0, colour=INTERVAL))
@@ -121,7 +208,8 @@ def ranks_chart(board: pd.DataFrame, pairs: pd.DataFrame) -> Chart:
             is_reversed=True,
         )
         stacks.append((Panel(tuple(elements), x_axis, y, fill(WORDS[name], TITLE), 0.3 + 0.3 * len(methods)),))
-    said_of_all = "Mean rank of each method over all instances with its 95 % interval; green bars join methods that no test tells apart."
+    apart = "green bars join methods that no test separates" if has_bars else "no test separates any two"
+    said_of_all = f"Mean rank of each method over all instances with its 95 % interval; {apart}."
     return Chart("Mean ranks", said_of_all, tuple(stacks), len(stacks), 4.2 * len(stacks) + 0.5)
 
 
@@ -140,15 +228,25 @@ def price_chart(board: pd.DataFrame, measure: Measure, methods: Sequence[str]) -
     y = Axis(f"expected time to {measure.name} ≤ {measure.main:g} (s)", "log", better="low")
     return _chart(
         "Time",
-        "Expected time to the main target against the price of one evaluation.",
+        f"Expected time to the main target against the price of one evaluation{_grey(methods)}.",
         [(Panel(tuple(lines), x, y),)],
         methods,
     )
 
 
 def _rows(frame: pd.DataFrame, group: str, methods: Sequence[str]) -> Iterator[tuple[str, pd.DataFrame]]:
-    for method in methods:
+    """Rows of each method, of those with a colour last, so that their curves lie above the grey ones."""
+    for method in sorted(methods, key=partial(_has_colour, methods)):
         yield method, frame[(frame["family"] == group) & (frame["method"] == method)]
+
+
+def _has_colour(methods: Sequence[str], method: str) -> bool:
+    return methods.index(method) < COLOURED
+
+
+def _grey(methods: Sequence[str]) -> str:
+    """Words on grey curves, if there are any."""
+    return f"; in colour the first {COLOURED}, others grey, named on touch" if len(methods) > COLOURED else ""
 
 
 def _banded(
@@ -168,10 +266,15 @@ def _banded(
 def _line(
     x: Array | pd.Series, y: Array | pd.Series, methods: Sequence[str], method: str, *, is_stepped: bool = True
 ) -> Line:
-    colour, dash = styles(methods)[method]
     values = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    tags = {"method": method}
+    if not _has_colour(methods, method):
+        return Line(
+            *values, "solid", 0.8, is_stepped=is_stepped, name=OTHERS, colour=CONTEXT, opacity=0.7, tags=tags, said=method
+        )  # fmt: skip
+    colour, dash = styles(methods)[method]
     look: dict[str, Any] = {"symbol": symbol(methods.index(method)), "most_symbols": MARKED, "colour": colour}
-    return Line(*values, dash, 1.5, is_stepped=is_stepped, name=method, tags={"method": method}, **look)
+    return Line(*values, dash, 1.5, is_stepped=is_stepped, name=method, tags=tags, said=f"{method}: {{y:.3g}}", **look)
 
 
 def _chart(

@@ -8,12 +8,19 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from bench.plan.page import Drawn, Page, Prose, Section, Table
+from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Plan
-from bench.reports.contest.charts import anytime_chart, ecdf_chart, price_chart, profiles_chart, ranks_chart
+from bench.reports.contest.charts import (
+    anytime_chart,
+    ecdf_chart,
+    price_chart,
+    profiles_chart,
+    ranks_chart,
+    solved_chart,
+)
 from bench.reports.contest.entrants import entrants_frame
 from bench.reports.contest.runs import Contest
-from bench.reports.contest.words import shown, what_is_compared
+from bench.reports.contest.words import headline, shown, what_is_compared
 
 
 def contest_page(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], findings: Sequence[str]) -> Page:
@@ -34,19 +41,27 @@ def contest_page(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame
         )
         for measure in contest.measures
     )
-    about = what_is_compared(contest)
-    found = "\n".join([about, _seeds(plan), *(f"- {each}" for each in findings)])
+    first = contest.measures[0]
+    title = headline(contest, board) or (findings[0] if findings else what_is_compared(contest))
+    solved = Drawn(partial(solved_chart, board, tables["_pairs"], first, title), f"{plan.name}_solved.png")
+    curve, *others = _charts(plan, contest, tables, methods)
+    instances = Table(contest.instances.fillna("not said").astype(str), file=f"{plan.name}_instances.csv")
+    found = "\n".join(["Tests and certainty:", *(f"- {each}" for each in findings)])
     sections = [
-        Section("Result", (Prose(found), every)),
-        Section("Ranks and curves", tuple(_charts(plan, contest, tables, methods))),
-        Section("Running times", times),
-        *([Section("Families", tuple(families))] if families else []),
-        Section("Methods", (Table(entrants_frame(plan)),)),
+        Section("Result", (solved, Prose(found), Folded("Leaderboard", (every,)))),
+        Section("Over the cost", (curve, Folded("Mean ranks and further curves", tuple(others)))),
         Section(
-            "Instances", (Table(contest.instances.fillna("not said").astype(str), file=f"{plan.name}_instances.csv"),)
+            "Numbers",
+            (
+                Folded("Running times", times),
+                *((Folded("Families", tuple(families)),) if families else ()),
+                Folded("Methods", (Table(entrants_frame(plan)),)),
+                Folded("Instances", (instances,)),
+                Prose(_seeds(plan)),
+            ),
         ),
     ]
-    return Page(findings[0] if findings else about, tuple(sections))
+    return Page(title, tuple(sections), what_is_compared(contest))
 
 
 def _seeds(plan: Plan) -> str:
@@ -70,10 +85,15 @@ def _times(times: pd.DataFrame, measure: str, methods: Sequence[str]) -> pd.Data
 def _charts(
     plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], methods: Sequence[str]
 ) -> Iterator[Drawn]:
+    """Curves over the cost, the one of the first measure first, then ranks and profiles."""
     board, first = tables[""], contest.measures[0]
+    curves = [
+        Drawn(partial(ecdf_chart, tables["_ecdf"], measure, methods), f"{plan.name}_ecdf_{measure.name}.png")
+        for measure in contest.measures
+    ]
+    yield curves[0]
     yield Drawn(partial(ranks_chart, board, tables["_pairs"]), f"{plan.name}_ranks.png")
-    for measure in contest.measures:
-        yield Drawn(partial(ecdf_chart, tables["_ecdf"], measure, methods), f"{plan.name}_ecdf_{measure.name}.png")
+    yield from curves[1:]
     yield Drawn(partial(anytime_chart, tables["_anytime"], first, methods), f"{plan.name}_anytime.png")
     yield Drawn(partial(profiles_chart, tables["_profiles"], first, methods), f"{plan.name}_profiles.png")
     if np.isfinite(board[f"{first.name}_ert"]).any():  # else no method has a line

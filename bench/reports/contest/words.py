@@ -14,6 +14,8 @@ from bench.reports.contest.scores import WORDS
 from ksmea.show.text import aligned, chance, number
 
 MOST_NAMES, LEADERS = 5, 2  # of methods in one sentence, and of the best ones
+MOST_SOLVERS = 3  # of methods that a headline names
+LEAST_P = 1e-3  # smaller ones are not counted
 
 
 def shown(board: pd.DataFrame, contest: Contest, group: str = "all") -> pd.DataFrame:
@@ -35,7 +37,8 @@ def shown(board: pd.DataFrame, contest: Contest, group: str = "all") -> pd.DataF
     columns["ERT"] = [_count(value) for value in rows[f"{first.name}_ert"]]
     columns["break-even s"] = [number(value, 2) for value in rows["break_even_s"]]
     columns["s / run"] = [number(value, 2) for value in rows["seconds"]]
-    columns["failed"] = [str(failed) for failed in rows["failed"]]
+    if rows["failed"].any():
+        columns["failed"] = [str(failed) for failed in rows["failed"]]
     return pd.DataFrame(columns)
 
 
@@ -77,6 +80,24 @@ def sentences(contest: Contest, board: pd.DataFrame, pairs: pd.DataFrame, tests:
     return [*findings, *_fastest(contest, board), *_of_set(contest), *_of_failures(contest), *contest.notes]
 
 
+def headline(contest: Contest, board: pd.DataFrame) -> str:
+    """Methods that solve most runs, how many, and the fastest one; '' of one method alone."""
+    if len(contest.methods) == 1:
+        return ""
+    measure = contest.measures[0]
+    rows = board[board["family"] == "all"]
+    shares = rows[f"{measure.name}_reached"].to_numpy(float)
+    target, n_run = f"{measure.name} ≤ {measure.main:g}", int(rows["runs"].max())
+    if not shares.max() > 0:
+        return f"No method reaches {target} in any run"
+    names = rows["method"].to_numpy()[shares == shares.max()].tolist()
+    more = f" and {len(names) - MOST_SOLVERS} more" if len(names) > MOST_SOLVERS else ""
+    solved = f"{'all' if shares.max() == 1 else f'{shares.max() * n_run:.0f} of'} {n_run} runs"
+    verb = "solves" if len(names) == 1 else "solve"
+    fastest, *_ = _fastest(contest, board)
+    return f"{', '.join(names[:MOST_SOLVERS])}{more} {verb} {solved} ({target}); {fastest.replace(f' to {target}', '')}"
+
+
 def _of_criterion(name: str, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd.DataFrame, n_instance: int) -> str:
     rows = board[board["family"] == "all"].sort_values(f"{name}_rank", kind="stable")
     mean_ranks = [
@@ -89,23 +110,28 @@ def _of_criterion(name: str, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd
     mine = pairs[(pairs["family"] == "all") & (pairs["criterion"] == name)]
     leaders = " and ".join(mean_ranks[:LEADERS])
     ranks = f"lowest mean ranks {leaders}; {best} is first in {100 * first:.0f} % of resamples of the instances"
-    return f"{WORDS[name]}: {ranks}; {_apart(best, mine)}; {_agreement(name, tests, n_instance)}"
+    return f"{WORDS[name]}: {ranks}; {_apart(best, mine)}{_agreement(name, tests, n_instance)}"
 
 
 def _apart(best: str, pairs: pd.DataFrame) -> str:
-    """Which methods the tests do not tell apart from the first one."""
+    """Methods that the tests do not separate from the first one."""
     mine = pairs[(pairs["method"] == best) | (pairs["other"] == best)]
     if mine.empty:
         return "no other method to compare with"
+    instances = int(mine[["better", "worse", "alike"]].iloc[0].sum())
+    if least := _too_few(instances, len(pairs)):
+        of = "the two" if len(pairs) == 1 else f"any two of {_n_method(len(pairs))}"
+        return f"{instances} instances cannot separate {of}, {least} could (Wilcoxon's test with Holm's correction, {100 * LEVEL:g} %)"
     alike = mine[~mine["told_apart"]]
     others = [other if method == best else method for method, other in alike[["method", "other"]].to_numpy()]
-    instances = int(mine[["better", "worse", "alike"]].iloc[0].sum())
     if not others:
         return f"all others are distinguished from it (Wilcoxon's test with Holm's correction, {100 * LEVEL:g} %)"
-    sentence = f"not distinguished from it (Wilcoxon, Holm, {100 * LEVEL:g} %): {_listed(others)}"
-    if least := _too_few(instances, len(pairs)):
-        sentence += f"; {instances} instances tell no pair of {len(pairs)} apart, {least} could"
-    return sentence
+    return f"not distinguished from it (Wilcoxon, Holm, {100 * LEVEL:g} %): {_listed(others)}"
+
+
+def _n_method(n_pair: int) -> int:
+    """Number of methods with so many pairs."""
+    return round((1 + np.sqrt(1 + 8 * n_pair)) / 2)
 
 
 def _too_few(instances: int, n_pair: int) -> int:
@@ -124,12 +150,13 @@ def _listed(names: Sequence[str]) -> str:
 
 def _agreement(name: str, tests: pd.DataFrame, n_instance: int) -> str:
     row = tests[(tests["family"] == "all") & (tests["criterion"] == name)].iloc[0]
-    friedman = "" if np.isnan(row["friedman_p"]) else f"Friedman's test of all: {chance(row['friedman_p'])}; "
+    p = row["friedman_p"]
+    friedman = "" if np.isnan(p) else f"; Friedman's test of all: {chance(p) if p >= LEAST_P else f'p < {LEAST_P:g}'}"
     if np.isnan(row["tau_of_halves"]):
-        return f"{friedman}no halves of the seeds to compare"
+        return friedman
     agree = "agree" if row["tau_low"] > 0 and n_instance >= LEAST_INSTANCES else "are not shown to agree"
     interval = f"{row['tau_low']:.2f}–{row['tau_high']:.2f}"
-    return f"{friedman}both halves of the seeds {agree}, Kendall's τ {row['tau_of_halves']:.2f} ({interval})"
+    return f"{friedman}; both halves of the seeds {agree}, Kendall's τ {row['tau_of_halves']:.2f} ({interval})"
 
 
 def _fastest(contest: Contest, board: pd.DataFrame) -> list[str]:
