@@ -56,7 +56,10 @@ def findings(record: LocationRecord) -> list[str]:
 
 
 def findings_without_values(record: LocationRecord) -> list[str]:
-    """`findings` without the unknowns; of a spread cause without the force at its best site, which is one of many."""
+    """`findings` without the unknowns.
+
+    Of a spread cause they lack the force at its best site, which is one of many.
+    """
     gain = "" if record.predictive_gain is None else "\n".join(gain_lines(record.predictive_gain, record.notation))
     if record.is_spread:
         return [block for block in (where(record), _laws_if_local(record), gain) if block]

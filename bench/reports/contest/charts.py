@@ -1,4 +1,4 @@
-"""Charts of a contest: what methods solve and spend, curves over cost, profiles, ranks, and time by the model's price.
+"""Charts of a contest: runs solved, curves over cost, profiles, ranks, and time by the model's price.
 
 Profiles are over the instances. Curves of the first methods have colours, those of others are grey.
 """
@@ -36,7 +36,7 @@ COLUMNS, WIDTH = 2, 4.6  # panels side by side, and inches of each
 
 
 def solved_chart(board: pd.DataFrame, pairs: pd.DataFrame, measure: Measure, title: str) -> Chart:
-    """What each method solves, what it spends to solve one, and its time, over all instances.
+    """Runs that each method solves, its evaluations to solve one, and its time, over all instances.
 
     Rows are in the order of the first criterion; methods that tie share a rank.
     """

@@ -112,7 +112,7 @@ def _detection(effect: str, mine: pd.DataFrame, sizes: np.ndarray) -> Panel:
 
 
 def confusion_chart(shares: pd.DataFrame) -> Chart:
-    """Share of the clearly visible draws of each hidden effect (rows) that report its own name, another, or none."""
+    """Share of the clearly visible draws of each hidden effect that report its name, another, or none."""
     every = {name: 100 * shares.loc[name].astype(float) for name in shares.index}
     wrong = [
         (at, str(name), share)

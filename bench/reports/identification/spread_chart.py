@@ -62,7 +62,10 @@ def _is_constant(rows: pd.DataFrame, runs: pd.DataFrame) -> bool:
 
 
 def spread_finding(plan: Plan, summary: pd.DataFrame) -> str:
-    """The cells with the smallest and the largest median error of their worst parameter; '' without errors."""
+    """Cells with the smallest and the largest median error of their worst parameter.
+
+    Empty without errors.
+    """
     errors: dict[int, list[float]] = defaultdict(list)
     for (name, unit), rows in summary.groupby(["parameter", "unit"], sort=False):
         for cell, error in zip(cells_with(plan, name, unit), rows["error_pct_median"]):

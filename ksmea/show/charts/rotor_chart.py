@@ -27,7 +27,7 @@ from ksmea.show.charts.colours import (
     STEEL,
     category,
 )
-from ksmea.show.charts.rotor_words import GAP, OVERHANG, ROW, Box, Label, Placed, Side, placed, width_of
+from ksmea.show.charts.parts.rotor_words import GAP, OVERHANG, ROW, Box, Label, Placed, Side, placed, width_of
 from ksmea.units import GRAM_MILLIMETRE, MICROMETRE, MILLIMETRE
 
 Edge = Literal["top", "bottom"]

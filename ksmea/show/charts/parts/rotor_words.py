@@ -47,7 +47,10 @@ class Box:
 
 @dataclass(frozen=True)
 class Placed:
-    """A label with the distance (m) of its first line from the axis, and which of its sides is at the place."""
+    """Label with the distance (m) of its first line from the axis.
+
+    `side` of its words is at the place.
+    """
 
     label: Label
     inner: float
@@ -56,7 +59,7 @@ class Placed:
 
 
 def placed(labels: Sequence[Label], length: float, bodies: Sequence[Box] = ()) -> list[Placed]:
-    """Each label at the least distance from the axis where it is clear of bodies, earlier labels and their leaders."""
+    """Labels as near to the axis as they are clear of bodies, earlier labels and their leaders."""
     found: list[Placed] = []
     for label in labels:
         taken = [*bodies, *(each.box for each in found)]
