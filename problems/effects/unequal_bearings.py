@@ -95,7 +95,7 @@ class UnequalBearings(RotorEffect):
         return dataclasses.replace(super().statement(sizes), sentence=sentence, sizes=used)
 
     def statement_on(self, problem: RotorProblem, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
-        """Of two bearings the other one by its number."""
+        """Statement that names the other one of two bearings by its number."""
         said = self.statement(sizes)
         if len(problem.rotor.bearings) != 2:
             return said

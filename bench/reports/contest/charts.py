@@ -1,6 +1,6 @@
 """Charts of a contest: runs solved, curves over cost, profiles, ranks, and time by the model's price.
 
-Profiles are over the instances. Curves of the first methods have colours, those of others are grey.
+Profiles are over the instances. Curves of the first methods have colours, other curves are grey.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def solved_chart(board: pd.DataFrame, pairs: pd.DataFrame, measure: Measure, tit
 
 
 def _ranked(rows: pd.DataFrame, measure: Measure) -> list[str]:
-    """Names of methods behind their ranks, '=1 LM' of those that tie."""
+    """Names of methods behind their ranks, for example '=1 LM' if two or more tie."""
     means = rows[f"{measure.name}_rank"].round(2).to_numpy(float)
     return [
         f"{'=' if np.sum(means == mean) > 1 else ''}{1 + int(np.sum(means < mean))} {method}"

@@ -147,7 +147,7 @@ def confusion_chart(shares: pd.DataFrame) -> Chart:
 
 
 def _wrong_names(wrong: Sequence[tuple[int, str, float]]) -> Iterator[Words]:
-    """The most frequent wrong name of each row, beside its mark."""
+    """The most frequent wrong name of each row, next to its mark."""
     most: dict[int, tuple[str, float]] = {}
     for at, name, share in wrong:
         if share >= 100 * SAID and share > most.get(at, ("", 0.0))[1]:

@@ -162,7 +162,7 @@ def _row(folder: Path, place: Path, facts: Mapping[str, Any], counted: Sequence[
 
 
 def _image(folder: Path, place: Path) -> str:
-    """A small picture of what was found, beside the page; '' if there is none."""
+    """A small picture of the finding from the folder of a page; empty without pictures."""
     there = sorted(path.name for path in (folder / place).glob("*.png"))
     file = next((each for each in PICTURES if each in there), next(iter(there), None))
     if file is None:

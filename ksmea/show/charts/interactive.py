@@ -212,7 +212,7 @@ def _tops(
 ) -> tuple[dict[int, tuple[float, float]], float]:
     """Upper and lower end of each panel, px below the top of all, and where the next row would begin.
 
-    A panel to scale is no higher than what it shows at most `width` px wide.
+    The height of a panel to scale is limited by its ends at `width` px.
     """
     tops: dict[int, tuple[float, float]] = {}
     down = 0.0
