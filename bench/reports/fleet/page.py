@@ -12,7 +12,9 @@ from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
 from ksmea.show.charts.chart import Axis, Chart, Element, Panel, Points
 from ksmea.show.text import with_ends
 
-MOST_NAMED = 40  # machines whose names stand below the axis; of more, their number
+MOST_NAMED = 40  # machines whose names stand at their rows; of more, their number
+MOST_ACROSS = 5  # panels side by side
+ROW, TALLEST = 0.25, 9.0  # inches, of a machine and of a panel
 NAME = 24  # last characters of a name that are shown
 
 
@@ -32,39 +34,41 @@ def fleet_page(
 
 
 def fleet_chart(values: pd.DataFrame) -> Chart:
-    """Unknowns of a fleet: a panel for each unknown, machines in the order of the table.
+    """Unknowns of a fleet: a panel for each unknown, a row for each machine in the order of the table.
 
     An open end is an arrow at the farthest value.
     """
     files = list(dict.fromkeys(values["file"].astype(str)))
     is_named = len(files) <= MOST_NAMED
     ticks = {float(at): each[-NAME:] for at, each in enumerate(files)} if is_named else None
-    x = Axis("" if is_named else "machine, in the order of the table", ticks=ticks, is_turned=True, group="machine")
+    label = "" if is_named else "machine, in the order of the table"
+    y = Axis(label, low=-0.6, high=len(files) - 0.4, ticks=ticks, is_reversed=True, group="machine")
     unknowns = values.drop_duplicates(["name", "unit"])[["name", "unit"]].itertuples(index=False, name=None)
     panels = tuple(
-        _panel(values[(values["name"] == name) & (values["unit"] == unit)], files, x, f"{name} ({unit})")
+        _panel(values[(values["name"] == name) & (values["unit"] == unit)], files, y, f"{name} ({unit})")
         for name, unit in unknowns
     )
     said = "Each unknown of each machine with its interval; an arrow where a side is open."
-    return Chart("Unknowns of each machine", said, (panels,), width=float(np.clip(0.25 * len(files) + 2, 6, 14)))
+    across = min(MOST_ACROSS, len(panels))
+    stacks = tuple((panel,) for panel in panels)
+    return Chart(f"Parameters of {len(files)} machines", said, stacks, across, 2.2 * across + 1.8, most=len(panels))
 
 
-def _panel(mine: pd.DataFrame, files: Sequence[str], x: Axis, label: str) -> Panel:
+def _panel(mine: pd.DataFrame, files: Sequence[str], y: Axis, title: str) -> Panel:
     at = np.array([files.index(str(each)) for each in mine["file"]], dtype=float)
     value, low, high = (mine[column].to_numpy(float) for column in ("value", "low", "high"))
     said = [f"{files[int(place)]}: {with_ends(*each)}" for place, *each in zip(at, value, low, high)]
     every = np.concatenate([value, low, high])
     ends = np.where(np.isnan(low), np.nanmin(every), low), np.where(np.isnan(high), np.nanmax(every), high)
-    if np.isnan([low, high]).all():
-        return Panel(
-            (Points(at, value, size=4.0, said=said),), x, Axis(label), height=1.5
-        )  # no intervals were asked for
-    elements: list[Element] = [Points(at, value, size=4.0, low=ends[0], high=ends[1], said=said)]
+    height = min(ROW * len(files) + 0.3, TALLEST)
+    if np.isnan([low, high]).all():  # no intervals were asked for
+        return Panel((Points(value, at, size=4.0, said=said),), y=y, title=title, height=height)
+    elements: list[Element] = [Points(value, at, size=4.0, left=ends[0], right=ends[1], said=said)]
     elements += [
         Points(
-            at[is_open], end[is_open], f"triangle {way}", 6.0, said=[said[index] for index in np.flatnonzero(is_open)]
+            end[is_open], at[is_open], f"triangle {way}", 6.0, said=[said[index] for index in np.flatnonzero(is_open)]
         )
-        for end, is_open, way in ((ends[0], np.isnan(low), "down"), (ends[1], np.isnan(high), "up"))
+        for end, is_open, way in ((ends[0], np.isnan(low), "left"), (ends[1], np.isnan(high), "right"))
         if is_open.any()
     ]
-    return Panel(tuple(elements), x, Axis(label), height=1.5)
+    return Panel(tuple(elements), y=y, title=title, height=height)
