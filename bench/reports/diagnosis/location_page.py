@@ -42,6 +42,7 @@ def location_blocks(record: LocationRecord, file: str = "", about_others: Sequen
         }
         for each in record.coefficients
     }
-    if record.is_local and record.force is not None and unknowns:
+    is_told = record.is_local or bool(about_others)  # of a spread cause only where its values are explained
+    if is_told and record.force is not None and unknowns:
         said = "Unknowns without what acts there, and beside it: values at the best site, intervals over all sites."
         yield Drawn(intervals_chart(unknowns, {}, " ".join([said, *about_others])))
