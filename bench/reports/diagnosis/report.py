@@ -24,6 +24,7 @@ from bench.plan.report import Made, Report
 from bench.reports.by_cell import hidden_by_cell, hidden_paragraph, only_result, result_runs
 from bench.reports.design.next_measurement import CAMPAIGN_FILE, Next, from_here, next_measurement
 from bench.reports.design.next_steps import after_diagnosis
+from bench.reports.diagnosis.first_names import first_names
 from bench.reports.diagnosis.page import PICTURES, diagnosis_page, pictures_of
 from bench.reports.diagnosis.power_page import diagnoses_page
 from bench.reports.fleet.report import fleet_report
@@ -179,6 +180,7 @@ def _found(record: DiagnosisRecord) -> dict[str, Any]:
         ),
         "sizes_compared": len(held),
         "sizes_held": sum(held),
+        **({"named_first": first_names(record) == tuple(sorted(names))} if record.inputs else {}),
     }
 
 
@@ -211,6 +213,7 @@ def _is_collinear(record: DiagnosisRecord, name: str) -> bool:
 def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Summary, a row per cell: frequency of each verdict, and share of visible hidden effects found.
 
+    With numbers known to a tolerance, `named_first` counts diagnoses that put a hidden effect first, however visible (`first_names`).
     `fit_short` counts fits that stopped before the maximum that the true values lead to, `surplus` diagnoses that name
     an effect too many.
     """
@@ -230,6 +233,8 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
             name: int(verdicts.get(name, 0))
             for name in ("adequate", "named", "ambiguous", "located", "unknown", "not observable")
         }
+        if "named_first" in results:
+            row |= {"named_first": int(results["named_first"].sum())}
         if "in_group" in results and results["in_group"].notna().any():
             visible = results[results["hidden_deviance_drop"] >= CLEARLY_VISIBLE]
             short = visible["own_deviance_drop"] < visible["hidden_deviance_drop"] - SHORT
