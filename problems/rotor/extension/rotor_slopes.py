@@ -109,20 +109,22 @@ class MatrixSlope:
 
     def times(self, speed: Array, motion: ComplexArray) -> ComplexArray:
         """∂D/∂x q at these degrees of freedom, of motions (n_speed, n_dof, n_column)."""
-        own, omega = motion[:, self.dof], speed[:, None, None]
-        factors = {
-            "stiffness": np.ones_like(omega),
-            "circulatory": omega,
-            "mass": -(omega**2),
-            "damping": 1j * omega,
-            "gyroscopic": 1j * omega**2,
-        }
+        n_speed, _, n_column = motion.shape
+        own = np.ascontiguousarray(motion[:, self.dof].transpose(1, 0, 2)).reshape(len(self.dof), -1)
+        omega = np.repeat(speed, n_column)
+        factors = {"stiffness": 1.0, "circulatory": omega, "mass": -(omega**2), "damping": 1j * omega}
+        factors["gyroscopic"] = 1j * omega**2
         total = np.zeros_like(own)
         for name, matrix in self.matrices.items():
-            total += factors[name] * (matrix @ own)
+            total += factors[name] * _product(matrix, own)
         if self.hysteresis is not None:
-            total += (self.hysteresis[0] + 1j * self.hysteresis[1]) @ own
-        return total
+            total += _product(self.hysteresis[0], own) + 1j * _product(self.hysteresis[1], own)
+        return total.reshape(-1, n_speed, n_column).transpose(1, 0, 2)
+
+
+def _product(matrix: Array, columns: ComplexArray) -> ComplexArray:
+    """A real matrix (n, n) times contiguous columns (n, m), in half of the work of a complex product."""
+    return (matrix @ columns.view(float)).view(complex)
 
 
 def _difference(first: Matrices, second: Matrices, width: float) -> tuple[Array, Array] | None:
