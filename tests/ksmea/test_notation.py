@@ -17,6 +17,23 @@ def test_a_notation_comes_back_from_the_line_that_it_writes():
 
 
 @pytest.mark.parametrize(
+    ("headings", "words"),
+    [
+        ("speed_rpm,position_m,direction,amplitude_mil_pp,phase_lag_deg", "mil_pp,lag,rpm"),
+        ("speed_rpm,position_m,direction,phase_lead_deg,amplitude_um_rms", "µm_rms,lead,rpm"),
+        ("speed_rpm,position_m,direction,amplitude_thou_0pk", "mil_0-peak,lead,rpm"),
+    ],
+)
+def test_headings_say_the_units_of_a_file_without_such_a_line(tmp_path, headings, words):
+    numbers = {"speed_rpm": (600, 700), "position_m": (0.1, 0.1), "direction": "xx"}
+    columns = [numbers.get(name, (1.0, 2.0)) for name in headings.split(",")]
+    rows = [",".join(map(str, row)) for row in zip(*columns)]
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join(["# amplitude_mm_pp is not a heading here", headings, *rows]))
+    assert File(path=str(path)).notation.words == words
+
+
+@pytest.mark.parametrize(
     ("words", "unit", "phase", "speed"),
     [
         ("mil_pp,lag", "mil pp", "lag", "rpm"),
