@@ -12,8 +12,10 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import Channel
@@ -110,16 +112,21 @@ class MatrixSlope:
     def times(self, speed: Array, motion: ComplexArray) -> ComplexArray:
         """∂D/∂x q at these degrees of freedom, of motions (n_speed, n_dof, n_column)."""
         n_speed, _, n_column = motion.shape
-        own = np.ascontiguousarray(motion[:, self.dof].transpose(1, 0, 2)).reshape(len(self.dof), -1)
+        own = np.ascontiguousarray(motion[:, self.dof].transpose(1, 0, 2)).reshape(len(self.dof), n_speed * n_column)
         omega = np.repeat(speed, n_column)
-        factors = {"stiffness": 1.0, "circulatory": omega, "mass": -(omega**2), "damping": 1j * omega}
-        factors["gyroscopic"] = 1j * omega**2
+        factors: dict[str, NDArray[Any]] = {
+            "stiffness": np.ones_like(omega),
+            "circulatory": omega,
+            "mass": -(omega**2),
+            "damping": 1j * omega,
+            "gyroscopic": 1j * omega**2,
+        }
         total = np.zeros_like(own)
         for name, matrix in self.matrices.items():
             total += factors[name] * _product(matrix, own)
         if self.hysteresis is not None:
             total += _product(self.hysteresis[0], own) + 1j * _product(self.hysteresis[1], own)
-        return total.reshape(-1, n_speed, n_column).transpose(1, 0, 2)
+        return total.reshape(len(total), n_speed, n_column).transpose(1, 0, 2)
 
 
 def _product(matrix: Array, columns: ComplexArray) -> ComplexArray:
