@@ -17,6 +17,7 @@ from ksmea.units import DEGREE, TURN
 DIRECTIONS = ("x", "y")
 ANGLES = {"x": 0.0, "y": 90.0}  # degrees
 HALF_TURN, FULL_TURN = 180.0, 360.0  # degrees
+SAME_POSITION = 1e-9  # m: positions closer than this are one, but for rounding
 RESOLUTION = 9  # decimals of an angle in degrees; further ones are rounding
 COSINES = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), -90.0: (0.0, -1.0)}  # exact where they are
 
@@ -114,6 +115,11 @@ class Channel:
         """Reading of a forward circular motion that x reads as 1: e^{−iθ}."""
         along_x, along_y = self.cosines
         return complex(along_x, -along_y)
+
+    def is_at(self, position: float | None, direction: str | None = None) -> bool:
+        """Whether the probe stands at a position (m) and looks in a direction; None is any."""
+        stands_there = position is None or abs(self.position - position) <= SAME_POSITION
+        return stands_there and direction in (None, self.direction)
 
     def is_parallel_to(self, other: Channel) -> bool:
         """Whether both read the same motion, or one the negative of the other.

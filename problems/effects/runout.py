@@ -29,7 +29,6 @@ from ksmea.units import MICROMETRE
 from problems.rotor.extension.effect import (
     PlacedEffect,
     forward_vector,
-    is_at,
     planes,
     where,
 )
@@ -98,7 +97,7 @@ class Runout(PlacedEffect):
         if not problem.is_as_drawn:
             return circles
         channels = list(dict.fromkeys(channel for channel in problem.channels if channel.is_1x))
-        groups = [[channel for channel in channels if is_at(channel, position)] for position in found]
+        groups = [[channel for channel in channels if channel.is_at(position)] for position in found]
         groups = [group for group in groups if len(group) > 1] + ([channels] if len(found) > 1 else [])
         each = [dataclasses.replace(self, position=None, probes=list(map(_text, group))) for group in groups]
         return [*circles, *each]
@@ -128,10 +127,13 @@ class Runout(PlacedEffect):
         if self.probes:
             vectors = theta.reshape(len(theta), -1, 2) @ np.array([1, 1j])  # (n, n_probe)
             read = np.array(
-                [[channel.is_1x and _is(channel, probe) for channel in channels] for probe in self._channels]
+                [
+                    [channel.is_1x and channel.is_at(probe.position, probe.direction) for channel in channels]
+                    for probe in self._channels
+                ]
             )
             return response + (vectors @ read)[:, None]
-        seen = [channel.is_1x and is_at(channel, self.position) for channel in channels]
+        seen = [channel.is_1x and channel.is_at(self.position) for channel in channels]
         factors = [each * channel.forward_factor for each, channel in zip(seen, channels)]
         return response + forward_vector(theta)[:, None, None] * np.array(factors)
 
@@ -147,7 +149,3 @@ def _probe(text: str) -> Channel:
 
 def _text(channel: Channel) -> str:
     return f"{channel.direction}@{channel.position!r}"
-
-
-def _is(channel: Channel, probe: Channel) -> bool:
-    return is_at(channel, probe.position) and channel.direction == probe.direction

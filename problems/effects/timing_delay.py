@@ -23,7 +23,7 @@ from ksmea.measurement.channel import Channel, require_direction
 from ksmea.measurement.measurement import Measurement
 from ksmea.settings.settings import setting
 from ksmea.units import MICROSECOND
-from problems.rotor.extension.effect import PlacedEffect, is_at, named, where
+from problems.rotor.extension.effect import PlacedEffect, named, where
 from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
@@ -73,8 +73,5 @@ class TimingDelay(PlacedEffect):
         return [self, *each] if len(each) > 1 else [self]
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
-        late = np.array([self._reads(channel) * channel.harmonic for channel in channels])
+        late = np.array([channel.is_at(self.position, self.direction) * channel.harmonic for channel in channels])
         return response * np.exp(-1j * speed[:, None] * theta[:, 0, None, None] * late)
-
-    def _reads(self, channel: Channel) -> bool:
-        return is_at(channel, self.position) and self.direction in (None, channel.direction)

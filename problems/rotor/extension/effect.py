@@ -15,7 +15,6 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.measurement.channel import Channel
 from ksmea.measurement.channel import named as in_words
 from ksmea.plugins.effect import Effect
 from ksmea.problem.campaign_problem import CampaignProblem
@@ -211,11 +210,6 @@ def forward_vector(theta: Array) -> ComplexArray:
     R_x + i r_y is the x amplitude of the forward vector r (1, −i), which at t = 0 points to (r_x, r_y).
     """
     return theta[:, 0] + 1j * theta[:, 1]
-
-
-def is_at(channel: Channel, position: float | None) -> bool:
-    """Whether a channel looks at a position; None is anywhere."""
-    return position is None or abs(channel.position - position) <= SAME_PLACE  # m
 
 
 def is_near(position: float, other: float) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel, direction_at
 from ksmea.units import DEGREE
-from problems.rotor.finite_elements.data import SAME_PLACE, HousingProbe, Rotor
+from problems.rotor.finite_elements.data import HousingProbe, Rotor
 
 READINGS = ("position", "direction", "gain")
 
@@ -33,8 +33,7 @@ class ProbePlace:
     direction: str | None = None
 
     def reads(self, channel: Channel) -> bool:
-        at_position = self.position is None or abs(channel.position - self.position) <= SAME_PLACE
-        return at_position and self.direction in (None, channel.direction)
+        return channel.is_at(self.position, self.direction)
 
 
 def moved(
