@@ -26,6 +26,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -240,7 +241,7 @@ def _moved(state: _State, search: Search) -> _State:
 
 
 def _refined(state: _State, search: Search) -> _State:
-    """Trials refined at little effort, without scans if the data are near the baseline model.
+    """Trials refined at little effort, without scans if the data are near the baseline model or the first one leaves noise.
 
     The effort is full if the residuals of the best one are then more than noise. Trials then also start from each other's unknowns
     as long as that leads to better ones: such data have many maxima, and no trial may end in a worse one than its neighbour.
@@ -249,9 +250,10 @@ def _refined(state: _State, search: Search) -> _State:
         return state
     is_scanned = any(trial.deviance_drop > NEARBY for trial in state.trials)
     first = search.with_effort(search.effort.of_first_scans, is_scanned=is_scanned)
-    found = refined(state.trials, state.baseline, first)
+    leaves_noise = partial(_leaves_noise, rng=search.rng.spawn(1)[0], level=state.level)
+    found = refined(state.trials, state.baseline, first, leaves_noise)
     found = lifted(found, state.baseline, first) if found and is_scanned else found
-    is_explained = bool(found) and _looks_like_noise(fit_quality(polished(found[0].fit), search.rng), state.level)
+    is_explained = bool(found) and _leaves_noise(found[0].fit, search.rng, state.level)
     if found and not is_explained:
         found = refined(found, state.baseline, search.with_effort(search.effort, from_force=False))
         found = exchanged(found, state.baseline, search)
@@ -259,8 +261,9 @@ def _refined(state: _State, search: Search) -> _State:
     return dataclasses.replace(state, trials=tuple(trials), is_explained=is_explained)
 
 
-def _looks_like_noise(quality: FitQuality, level: float) -> bool:
-    """Whether residuals look like noise of any size."""
+def _leaves_noise(fit: Fit, rng: np.random.Generator, level: float) -> bool:
+    """Whether the residuals of a fit look like noise of any size."""
+    quality = fit_quality(polished(fit), rng)
     return quality.p >= level or is_size_alone(quality, level)
 
 

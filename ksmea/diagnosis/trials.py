@@ -6,6 +6,7 @@ low: the penalty of BIC for further unknowns is not evidence in the data.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -200,24 +201,37 @@ def _most_promising_first(without: Fit, found: Sequence[Candidate]) -> list[tupl
     return [(candidate, start) for _, candidate, start in sorted(promising, key=lambda entry: -entry[0])]
 
 
-def refined(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
+def refined(
+    trials: Sequence[Trial],
+    baseline: BaselineFits,
+    search: Search,
+    is_enough: Callable[[Fit], bool] = lambda fit: False,
+) -> list[Trial]:
     """Trials, each with the better of its fit and further ones (`searched`).
 
-    Further fits also start from the unknowns of the baseline model's other maxima and of the best trials. Processes
-    share them, once it is known how far the first one comes.
+    Further fits also start from the unknowns of the baseline model's other maxima and of the best trials. Processes share them,
+    once it is known how far the first one comes. If its fit is enough, the others start from its unknowns and are not scanned: what
+    explains the data as well has its unknowns near these, or comes to them from the baseline model as it did.
     """
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
 
-    def again(trial: Trial, ceiling: float) -> Trial:
+    def again(trial: Trial, ceiling: float, starts: Sequence[Fit], effort: Effort) -> Trial:
         jumps = trial.fit.problem.parameters.makes_jumps  # what is cheap is searched anyway
         if jumps and least_deviance(trial.fit, lead, baseline.best.likelihood.d) > ceiling:
             return trial_of(trial.candidate, trial.fit, baseline.best, len(trials))
-        return searched(trial, baseline, search.effort, len(trials), starts, ceiling)
+        return searched(trial, baseline, effort, len(trials), starts, ceiling)
 
-    lead = min((trial.fit for trial in trials), key=lambda fit: fit.deviance, default=baseline.best)
-    better = search.workers.each(partial(again, ceiling=lead.deviance + FAR), trials[:1])
+    effort, lead = (
+        search.effort,
+        min((trial.fit for trial in trials), key=lambda fit: fit.deviance, default=baseline.best),
+    )
+    first = partial(again, ceiling=lead.deviance + FAR, starts=starts, effort=effort)
+    better = search.workers.each(first, trials[:1])
     lead = min([lead, *(trial.fit for trial in better)], key=lambda fit: fit.deviance)
-    better += shared(partial(again, ceiling=lead.deviance + FAR), trials[1:], search.workers)
+    if better and effort.is_scanned and is_enough(better[0].fit):
+        effort, starts = dataclasses.replace(effort, is_scanned=False), [better[0].fit, *starts]
+    rest = partial(again, ceiling=lead.deviance + FAR, starts=starts, effort=effort)
+    better += shared(rest, trials[1:], search.workers)
     return ranked(better)
 
 

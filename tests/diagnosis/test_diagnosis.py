@@ -99,9 +99,9 @@ def test_what_is_not_in_the_registry_is_unknown_or_a_known_alias(rotor, hide):
 def test_effects_are_scanned_at_all_effort_only_where_little_leaves_more_than_noise(rotor, hide, monkeypatch):
     made = []
 
-    def noted(trials, baseline, search):
+    def noted(trials, baseline, search, *is_enough):
         made.append((search.effort.scan, search.effort.scan_clouds))
-        return refined(trials, baseline, search)
+        return refined(trials, baseline, search, *is_enough)
 
     monkeypatch.setattr("ksmea.diagnosis.diagnosis.refined", noted)
     effort = dataclasses.replace(LESS, scan=100, scan_clouds=40)

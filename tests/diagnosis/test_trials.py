@@ -47,6 +47,19 @@ def test_trials_are_ranked_alike_in_whatever_order_candidates_come(near):
     assert [(one.name, one.location) for one in again] == [(one.name, one.location) for one in trials]
 
 
+def test_beside_a_fit_that_is_enough_no_effect_is_scanned_and_rivals_are_found(near, monkeypatch):
+    _data, baseline, trials = near
+    scanned, search = [], Search(np.random.default_rng(0), EFFORT.of_first_scans)
+    by_scans = refined(trials, baseline, search)
+    monkeypatch.setattr(module, "fit_from_scan", lambda fit, *_: scanned.append(fit) or fit)
+    found = refined(trials, baseline, search, lambda fit: True)
+    assert [fit.problem.parameters.names for fit in scanned] in ([], [trials[0].fit.problem.parameters.names])
+    drops = {(one.name, one.location): one.deviance_drop for one in found}
+    for one in by_scans:
+        if one.deviance_drop > by_scans[0].deviance_drop - NEAR:  # 0.01: fits end where a step promises 1e-4
+            assert drops[one.name, one.location] == pytest.approx(one.deviance_drop, abs=0.01)
+
+
 def test_near_the_baseline_model_fits_from_nearby_find_what_scans_do(near, monkeypatch):
     _data, baseline, trials = near
     effort = EFFORT.of_first_scans
