@@ -143,8 +143,13 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
         elements.append(Points(paper, at + PAPER_BELOW, "diamond", name=PRINTED, colour=PAPER))
     x = Axis("", "log" if is_log else "linear", is_whole=name in EFFORT and not unit)
     y = Axis(
-" / ".join(map(short, telling_axes(plan))), low=-0.6, high=len(cells) - 0.4, ticks=_labels(plan, cells), is_reversed=True, group=f"cells {cells}"
-    )  # fmt: skip
+        " / ".join(map(short, telling_axes(plan))),
+        low=-0.6,
+        high=len(cells) - 0.4,
+        ticks=_labels(plan, cells),
+        is_reversed=True,
+        group=f"cells {cells}",
+    )
     title = f"{name} ({unit})" if unit else name.replace("_", " ")
     return Panel(tuple(elements), x, y, title, ROW * len(cells) + 0.3)
 
