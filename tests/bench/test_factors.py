@@ -77,14 +77,15 @@ def test_typical_levels_and_what_the_data_allow_stand_in_each_panel():
     plan = plan_of()
     sweep = sweep_of(plan, runs_of(plan, ERRORS))
     chart = factors_chart(sweep)
-    assert len({(panel.y.low, panel.y.high) for panel in chart.panels}) == 1
-    for name, panel in zip(sweep.factors, chart.panels, strict=True):
+    scales = [panel.x if "pso" in sweep.factors[name] else panel.y for name, panel in zip(sweep.factors, chart.panels)]
+    assert len({(scale.low, scale.high) for scale in scales}) == 1
+    for name, panel, scale in zip(sweep.factors, chart.panels, scales, strict=True):
         typical = sweep.typical(name)
         words = [each for each in panel.elements if isinstance(each, Words)]
         assert [each.text for each in words] == [two_figures(value) for value in typical.values()]
-        assert [each.y for each in words] == list(typical.values())
+        assert [each.x if scale is panel.x else each.y for each in words] == list(typical.values())
         [allowed] = [each for each in panel.elements if isinstance(each, Span)]
-        assert allowed.high == 2 and panel.y.low <= allowed.low
+        assert allowed.high == 2 and scale.low <= allowed.low
     assert "as good as the data allow" in chart.caption
 
 
@@ -129,9 +130,10 @@ def test_axes_have_names_and_both_renderers_the_same():
     for chart in (factors_chart(sweep), cells_chart(sweep)):
         shown, drawn = interactive.plot(chart)["layout"], picture.figure(chart)
         for number, (panel, axes) in enumerate(zip(chart.panels, drawn.axes), start=1):
-            words = list(panel.x.ticks.values())
-            assert shown[f"xaxis{number if number > 1 else ''}"]["ticktext"] == words
-            assert [each.get_text() for each in axes.get_xticklabels()] == words
+            along = "y" if panel.x.ticks is None else "x"  # names are rows
+            words = list(getattr(panel, along).ticks.values())
+            assert shown[f"{along}axis{number if number > 1 else ''}"]["ticktext"] == words
+            assert [each.get_text() for each in getattr(axes, f"get_{along}ticklabels")()] == words
             assert not any(word.isdigit() for word in words if "pso" in words)
 
 

@@ -5,7 +5,7 @@ The strongest factor is first.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
@@ -22,14 +22,14 @@ from bench.reports.identification.factors import (
     short,
     two_figures,
 )
-from ksmea.show.charts.chart import Axis, Chart, Element, Heat, Line, Panel, Points, Span, Words
+from ksmea.show.charts.chart import Along, Axis, Chart, Element, Heat, Line, Panel, Points, Span, Words
 from ksmea.show.charts.colours import CONTEXT, INK, MODEL
 
 ROOM = 1.4  # times the least and largest score: ends of their axis
 MOST_ACROSS = 4  # panels side by side
 MOST_ROWS = 24  # of a heat map; a table has all
 ROW = 0.36  # inches of a heat map
-LONG = 7  # characters, from which on names of levels stand upright
+TALL = 2.8  # inches of a panel
 
 
 def factors_chart(sweep: Sweep) -> Chart:
@@ -39,7 +39,7 @@ def factors_chart(sweep: Sweep) -> Chart:
     """
     scores = [cell.score for cell in sweep.cells if np.isfinite(cell.score) and cell.score > 0] or [1.0]
     y = Axis(sweep.quantity, "log", min(scores) / ROOM, max(scores) * ROOM, group="score", better="low")
-    stacks = tuple((_factor(sweep, name, y),) for name in sweep.factors)
+    stacks = tuple(((_numbers if _is_ordered(sweep, name) else _names)(sweep, name, y),) for name in sweep.factors)
     allowed = f"; shaded: within {ALLOWED:g} σ, as good as the data allow" if sweep.quantity == SIGMA else ""
     lines = "lines join the levels of one combination where these are numbers"
     caption = (
@@ -49,40 +49,72 @@ def factors_chart(sweep: Sweep) -> Chart:
     return Chart(headline(sweep), caption, stacks, across, max(2.6 * across, 4.5), most=len(stacks))
 
 
-def _factor(sweep: Sweep, name: str, y: Axis) -> Panel:
+def _is_ordered(sweep: Sweep, name: str) -> bool:
+    return all(isinstance(level, (int, float)) for level in sweep.factors[name])
+
+
+def _numbers(sweep: Sweep, name: str, y: Axis) -> Panel:
+    """A factor whose levels are numbers, from left to right."""
     levels = sweep.factors[name]
     at = {level: float(number) for number, level in enumerate(levels)}
-    is_ordered = all(isinstance(level, (int, float)) for level in levels)
-    elements: list[Element] = []
-    if sweep.quantity == SIGMA and y.low is not None and y.low < ALLOWED:
-        elements.append(Span(low=y.low, high=ALLOWED))
+    elements = _allowed(sweep, y, "y")
     for scores in sweep.by_combination(name):
         known = [level for level in levels if level in scores]
         x, values = [at[level] for level in known], [scores[level] for level in known]
-        if is_ordered and len(known) == len(levels):  # a line breaks at what is missing
+        if len(known) == len(levels):  # a line breaks at what is missing
             elements.append(Line(x, values, width=0.8, colour=CONTEXT, opacity=0.5))
         elements.append(Points(x, values, size=3.5, colour=CONTEXT, opacity=0.6, said="{y:.3g}"))
     typical = sweep.typical(name)
     known = [level for level in levels if level in typical]
     x, values = [at[level] for level in known], [typical[level] for level in known]
-    if is_ordered and len(known) == len(levels):
+    if len(known) == len(levels):
         elements.append(Line(x, values, width=1.8, colour=MODEL))
-    said = [f"{place_text(level)}: {typical[level]:.3g}" for level in known]
-    elements.append(Points(x, values, "diamond", 8.0, colour=MODEL, said=said))
+    elements.append(Points(x, values, "diamond", 8.0, colour=MODEL, said=_said(typical, known)))
     for level in known:
-        is_first = is_ordered and level == known[0] != known[-1]
-        is_between = is_ordered and level not in (known[0], known[-1])
-        beside: dict[str, Any] = (
-            {"offset": (-8.0, 0.0), "side": "right"} if is_first else {"offset": (8.0, 0.0), "side": "left"}
-        )
-        beside = {"offset": (0.0, 7.0), "edge": "bottom"} if is_between else beside
+        is_first, is_last = level == known[0] != known[-1], level == known[-1]
+        beside: dict[str, Any] = {"offset": (0.0, 7.0), "edge": "bottom"}
+        if is_first or is_last:
+            beside = {"offset": (-8.0 if is_first else 8.0, 0.0), "side": "right" if is_first else "left"}
         text = two_figures(typical[level])
         elements.append(Words(x=at[level], y=typical[level], text=text, size=9.0, has_ground=True, **beside))
-    words = {at[level]: place_text(level) for level in levels}
+    ticks = {at[level]: place_text(level) for level in levels}
+    return Panel(tuple(elements), Axis(low=-0.5, high=len(levels) - 0.5, ticks=ticks), y, _strength(sweep, name), TALL)
+
+
+def _names(sweep: Sweep, name: str, x: Axis) -> Panel:
+    """A factor whose levels are names, one below the other."""
+    levels = sweep.factors[name]
+    at = {level: float(number) for number, level in enumerate(levels)}
+    elements = _allowed(sweep, x, "x")
+    for scores in sweep.by_combination(name):
+        known = [level for level in levels if level in scores]
+        values, y = [scores[level] for level in known], [at[level] for level in known]
+        elements.append(Points(values, y, size=3.5, colour=CONTEXT, opacity=0.6, said="{x:.3g}"))
+    typical = sweep.typical(name)
+    known = [level for level in levels if level in typical]
+    values, y = [typical[level] for level in known], [at[level] for level in known]
+    elements.append(Points(values, y, "diamond", 8.0, colour=MODEL, said=_said(typical, known)))
+    for level in known:
+        place: dict[str, Any] = {"x": typical[level], "y": at[level], "offset": (0.0, 7.0), "edge": "bottom"}
+        elements.append(Words(text=two_figures(typical[level]), size=9.0, has_ground=True, **place))
+    ticks = {at[level]: place_text(level) for level in levels}
+    rows = Axis(low=-0.6, high=len(levels) - 0.4, ticks=ticks, is_reversed=True, group=f"levels of {name}")
+    return Panel(tuple(elements), x, rows, _strength(sweep, name), TALL)
+
+
+def _allowed(sweep: Sweep, axis: Axis, along: Along) -> list[Element]:
+    """Scores that are as good as the data allow."""
+    is_there = sweep.quantity == SIGMA and axis.low is not None and axis.low < ALLOWED
+    return [Span(low=axis.low or 0.0, high=ALLOWED, along=along)] if is_there else []
+
+
+def _said(typical: Mapping[Any, float], known: Sequence[Any]) -> list[str]:
+    return [f"{place_text(level)}: {typical[level]:.3g}" for level in known]
+
+
+def _strength(sweep: Sweep, name: str) -> str:
     strength = sweep.strength[name]
-    title = f"{short(name)}: worst {strength:.2g} × best" if np.isfinite(strength) else short(name)
-    x_axis = Axis(low=-0.5, high=len(levels) - 0.5, ticks=words, is_turned=max(map(len, words.values())) >= LONG)
-    return Panel(tuple(elements), x_axis, y, title, 2.8)
+    return f"{short(name)}: worst {strength:.2g} × best" if np.isfinite(strength) else short(name)
 
 
 def cells_chart(sweep: Sweep) -> Chart:
