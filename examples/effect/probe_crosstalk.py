@@ -14,7 +14,7 @@ import numpy as np
 from ksmea import Channel, setting
 from ksmea.measurement.channel import DIRECTIONS
 from ksmea.problem.parameters import Parameter
-from problems.rotor.extension.effect import PlacedEffect, is_at, planes, where
+from problems.rotor.extension.effect import PlacedEffect, planes, where
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.3
@@ -54,7 +54,7 @@ class ProbeCrosstalk(PlacedEffect):
 
     def _acts_on(self, channel: Channel) -> bool:
         """Which probe is the other one of a skew pair, its channel does not say."""
-        return is_at(channel, self.position) and channel.direction in DIRECTIONS
+        return channel.is_at(self.position) and channel.direction in DIRECTIONS
 
     def _partners(self, channels: Sequence[Channel]) -> np.ndarray:
         """(n_channel, n_channel): 1 where the row's channel is the other one at the plane of the column's."""

@@ -109,8 +109,7 @@ class Diagnosis:
     predictive_gain: PredictiveGain | None
     split: Split | None
     collinearity: Mapping[str, float]
-    # by effect: its most promising location, and its unknowns there
-    detectable: Mapping[str, tuple[str, tuple[Detectable, ...]]]
+    detectable: Mapping[str, tuple[str, tuple[Detectable, ...]]]  # by effect: its most promising location, its unknowns
     level: float
     interval_level: float
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that do not fit the problem, and why
@@ -241,17 +240,17 @@ def _moved(state: _State, search: Search) -> _State:
 
 
 def _refined(state: _State, search: Search) -> _State:
-    """Trials refined at little effort, without scans if the data are near the baseline model or the first one leaves noise.
+    """Trials refined at little effort, without scans near the baseline model or if the first leaves noise.
 
-    The effort is full if the residuals of the best one are then more than noise. Trials then also start from each other's unknowns
-    as long as that leads to better ones: such data have many maxima, and no trial may end in a worse one than its neighbour.
+    The effort is full if the best one then leaves more than noise. Trials also start from each other's unknowns while that leads to
+    better ones: such data have many maxima, and no trial may end in a worse one than its neighbour.
     """
     if not state.is_evident:
         return state
     is_scanned = any(trial.deviance_drop > NEARBY for trial in state.trials)
     first = search.with_effort(search.effort.of_first_scans, is_scanned=is_scanned)
-    leaves_noise = partial(_leaves_noise, rng=search.rng.spawn(1)[0], level=state.level)
-    found = refined(state.trials, state.baseline, first, leaves_noise)
+    enough = partial(_leaves_noise, rng=search.rng.spawn(1)[0], level=state.level)
+    found = refined(state.trials, state.baseline, first, enough)
     found = lifted(found, state.baseline, first) if found and is_scanned else found
     is_explained = bool(found) and _leaves_noise(found[0].fit, search.rng, state.level)
     if found and not is_explained:
@@ -389,9 +388,7 @@ def _concluded(state: _State, left_out: Mapping[str, str], search: Search, *, is
 
 
 def _verdict(
-    state: _State,
-    best_quality: FitQuality | None,
-    detectable: Mapping[str, tuple[str, Sequence[Detectable]]],
+    state: _State, best_quality: FitQuality | None, detectable: Mapping[str, tuple[str, Sequence[Detectable]]]
 ) -> str:
     if state.explained is not None and best_quality is not None:
         if best_quality.p < state.level:

@@ -117,7 +117,12 @@ class Channel:
         return complex(along_x, -along_y)
 
     def is_at(self, position: float | None, direction: str | None = None) -> bool:
-        """Whether the probe stands at a position (m) and looks in a direction; None is any."""
+        """Whether the probe stands at a position and looks in a direction.
+
+        Args:
+            position: m, equal but for rounding; None is any.
+            direction: as of a channel; None is any.
+        """
         stands_there = position is None or abs(self.position - position) <= SAME_POSITION
         return stands_there and direction in (None, self.direction)
 

@@ -264,7 +264,7 @@ class LocationRecord(InNotation):
     @property
     def is_anywhere(self) -> bool:
         """Whether something unknown explains the data at most of what was tried."""
-        return len(self.sites) > MAX_SHARE * len(self.candidates)
+        return len(self.candidates) > 1 and len(self.sites) > MAX_SHARE * len(self.candidates)
 
     @property
     def is_spread(self) -> bool:
