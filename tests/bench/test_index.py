@@ -2,6 +2,7 @@
 
 import base64
 import io
+import os
 import re
 
 import pytest
@@ -9,7 +10,7 @@ from PIL import Image, ImageColor
 
 from bench.plan.page import Page
 from bench.reports.pages.document import document
-from bench.reports.pages.index import MOST_UNFILTERED, index_page
+from bench.reports.pages.index import MOST_UNFILTERED, index_page, write_index
 
 COLOURS = {"finding.png": "blue", "cause.png": "lime", "other.png": "red"}
 
@@ -42,6 +43,18 @@ def test_a_row_has_the_picture_that_shows_most_of_its_folder(folder, tmp_path):
     assert sorted(colours(folder("two", "other.png"))) == ["blue", "red"]
     (tmp_path / "two" / "other.png").write_bytes(b"no picture")
     assert colours(index_page(tmp_path).decode()) == ["blue"]
+
+
+def test_a_picture_is_made_again_only_if_it_has_changed(folder, tmp_path, monkeypatch):
+    folder("one", "finding.png")
+    first = write_index(tmp_path).read_bytes()
+    with monkeypatch.context() as patched:
+        patched.setattr(Image, "open", lambda *_: pytest.fail("a known picture was made again"))
+        assert write_index(tmp_path).read_bytes() == first
+    picture = tmp_path / "one" / "finding.png"
+    Image.new("RGB", (400, 300), COLOURS["other.png"]).save(picture)
+    os.utime(picture, ns=(0, 1))
+    assert colours(write_index(tmp_path).read_text(encoding="utf-8")) == ["red"]
 
 
 def colours(page):

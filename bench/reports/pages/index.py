@@ -11,6 +11,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,8 @@ MOST_UNFILTERED = 10  # rows; of more a reader can choose by words
 MOST_PICTURES = 30  # rows with a picture, the latest ones
 SMALL, N_COLOUR = (240, 134), 64  # px, and colours of a picture: about 8 kB
 PICTURES = ("finding.png", "location.png", "rotor.png")  # that show most of a folder, before others
+# A picture in an index, and the file and its time that it was made of
+IN_INDEX = re.compile(r'<img alt="" data-of="([^"]*)" src="data:image/png;base64,([A-Za-z0-9+/=]*)">')
 
 
 def write_index_above(output: Path) -> None:
@@ -65,9 +68,10 @@ def index_page(folder: Path) -> bytes:
     found = {place: page_facts(folder / place) for place in _experiments(folder)}
     ordered = sorted(found.items(), key=lambda item: (str(item[1].get("when", "")), str(item[0])), reverse=True)
     counted = [each for each in COUNTS if any(facts.get(each) for facts in found.values())]
-    rows = "".join(
-        _row(folder, place, each, counted, number < MOST_PICTURES) for number, (place, each) in enumerate(ordered)
-    )
+    known = _pictures_in(folder / PAGE)
+    images = [_image(folder, place, known) if "study" in each else "" for place, each in ordered[:MOST_PICTURES]]
+    images += [""] * (len(ordered) - len(images))
+    rows = "".join(_row(place, each, counted, image) for (place, each), image in zip(ordered, images, strict=True))
     head = "".join(
         f'<th scope="col"{attribute}>{name}</th>'
         for name, attribute in (
@@ -147,7 +151,7 @@ def _beginning(path: Path, lines: int = 0) -> str:
         return ""
 
 
-def _row(folder: Path, place: Path, facts: Mapping[str, Any], counted: Sequence[str], is_pictured: bool) -> str:
+def _row(place: Path, facts: Mapping[str, Any], counted: Sequence[str], image: str) -> str:
     """A row of the table; of what is counted a number above 0."""
     name = str(place)
     has_page = "study" in facts
@@ -163,24 +167,40 @@ def _row(folder: Path, place: Path, facts: Mapping[str, Any], counted: Sequence[
         )
     )
     texts = (f'<td class="when">{safe(when)}</td>', f"<td>{safe(facts.get('study', ''))}</td>")
-    image = _image(folder / place) if has_page and is_pictured else ""
     cells = [f'<td class="name">{shown}</td>', f'<td class="small">{image}</td>', f'<td class="long">{found}</td>']
     cells += [*numbers, *texts]
     return f"<tr>{''.join(cells)}</tr>"
 
 
-def _image(folder: Path) -> str:
-    """A small picture of the finding from the folder of a page; empty without one that can be read."""
+def _pictures_in(index: Path) -> dict[str, str]:
+    """Small pictures that an index has already, by what they were made of."""
+    if not _is_index(index):
+        return {}
+    try:
+        with open_regular(index) as content:
+            return dict(IN_INDEX.findall(content.read().decode("utf-8", "replace")))
+    except (OSError, SettingError):
+        return {}
+
+
+def _image(root: Path, place: Path, known: Mapping[str, str]) -> str:
+    """A small picture of the finding of a page's folder; empty without one that can be read.
+
+    One that is `known` is not made again, so that an index of many costs little at the end of each experiment.
+    """
+    folder = root / place
     there = sorted(path.name for path in folder.glob("*.png"))
     file = next((each for each in PICTURES if each in there), next(iter(there), None))
     if file is None:
         return ""
     try:
-        with open_regular(folder / file) as content, Image.open(content) as whole:
-            data = base64.b64encode(_small(whole)).decode()
+        of = safe(f"{(place / file).as_posix()} {(folder / file).stat().st_mtime_ns}")
+        if (data := known.get(of)) is None:
+            with open_regular(folder / file) as content, Image.open(content) as whole:
+                data = base64.b64encode(_small(whole)).decode()
     except (OSError, SettingError, ValueError, Image.DecompressionBombError):
         return ""
-    return f'<img alt="" src="data:image/png;base64,{data}">'
+    return f'<img alt="" data-of="{of}" src="data:image/png;base64,{data}">'
 
 
 def _small(whole: Image.Image) -> bytes:
