@@ -41,7 +41,6 @@ from ksmea.measurement.campaign import Campaign, Run
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.notation import of_text
 from ksmea.measurement.speeds import SpeedHistory
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.settings.document import Block, inside
@@ -52,7 +51,7 @@ from measurements.campaign_document import Document, RunEntry, read_document
 from measurements.common_speeds import at_compared_speeds
 from measurements.formats.waveforms.keyphasor import require_one_edge
 from measurements.run_up import RunUp, run_up
-from measurements.run_up_rows import MAX_BYTES, Rows, read_bytes, rows_of, rows_of_run, text_of
+from measurements.run_up_rows import MAX_BYTES, Rows, notation_of, read_bytes, rows_of, rows_of_run, text_of
 from measurements.shared_speeds import at_shared_speeds
 
 ORIGIN = "phase_origin"  # which runs with marks of their own have of their own
@@ -131,6 +130,7 @@ class CampaignFile(MeasurementSource):
     def read(self) -> Measurement:
         """All runs, one after the other; their times where all of them have a column `time_s`."""
         times = [run.time for run in self._runs if run.time is not None]
+        file = self._document.runs[0].file
         return Measurement(
             np.concatenate([run.speed for run in self._runs]),
             self._runs[0].channels,
@@ -140,7 +140,7 @@ class CampaignFile(MeasurementSource):
             phase_known=False,
             campaign=self._campaign,
             time=np.concatenate(times) if len(times) == len(self._runs) else None,
-            notation=of_text(self._contents[self._document.runs[0].file].decode("utf-8-sig", "replace")),
+            notation=notation_of(text_of(self._contents[file], file), file),
         )
 
     @property

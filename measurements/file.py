@@ -44,7 +44,7 @@ from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.notation import Notation, of_text
+from ksmea.measurement.notation import Notation
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.settings.settings import setting
 from measurements.common_speeds import averaged
@@ -53,7 +53,7 @@ from measurements.formats.readers import foreign_rows
 from measurements.formats.user_answers import OWN, Answers
 from measurements.formats.waveforms.waveform import MOST_BYTES
 from measurements.run_up import RunUp, run_up
-from measurements.run_up_rows import MAX_BYTES, Rows, rows_at, rows_of, text_of, to_digits
+from measurements.run_up_rows import MAX_BYTES, Rows, notation_of, rows_at, rows_of, text_of, to_digits
 from measurements.shared_speeds import at_shared_speeds
 from measurements.slow_roll import SUBTRACTED, without_slow_roll
 from measurements.sweeps import ANY, require_one_way, rows_of_sweep
@@ -188,7 +188,7 @@ class File(Answers, MeasurementSource):
         rows = rows_of(text, self.path)
         if self.phase == "none":
             rows = dataclasses.replace(rows, phase=None)
-        return rows, (), bool(HAS_NO_SLOW_ROLL.search(text)), of_text(text)
+        return rows, (), bool(HAS_NO_SLOW_ROLL.search(text)), notation_of(text, self.path)
 
     @cached_property
     def _prepared(self) -> tuple[Rows, tuple[str, ...]]:

@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement.channel import DIRECTIONS, direction_at
+from ksmea.measurement.notation import LAG, Notation, of_text
 from ksmea.settings.regular_files import read_input
 from ksmea.units import INCH, MICROMETRE
 
@@ -30,6 +31,10 @@ READ_AS = {"phase_lag_deg": ("phase_lead_deg", -1.0)} | {
     for unit, size in LENGTHS_UM.items()
     for kind, part in PER_0PK.items()
     if (unit, kind) != ("um", "0pk")
+}
+# Units and sign of phases that headings say
+SAYS = {"phase_lag_deg": LAG} | {
+    f"amplitude_{unit}_{kind}": f"{unit}_{kind}" for unit in LENGTHS_UM for kind in PER_0PK
 }
 IMPORT = "`python -m bench import`"
 HEADER = ",".join((*REQUIRED, *OPTIONAL[:2]))
@@ -162,6 +167,16 @@ def rows_of(text: str, path: str) -> Rows:
         optional["time_s"],
         optional["run"],
     )
+
+
+def notation_of(text: str, path: str) -> Notation:
+    """Notation at the head of a file of this project, or else of its headings, such as amplitude_mil_pp.
+
+    >>> notation_of("speed_rpm,amplitude_mil_pp,phase_lag_deg", "run.csv").words
+    'mil_pp,lag,rpm'
+    """
+    _, headings = next(_cells(text, path), (0, []))
+    return of_text(text, Notation().with_words(",".join(SAYS[name] for name in headings if name in SAYS)))
 
 
 def _cells(text: str, path: str) -> Iterator[tuple[int, list[str]]]:

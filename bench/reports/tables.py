@@ -24,6 +24,7 @@ ALIKE_PCT = 10.0  # shares that are said together
 MOST_CELLS = 4  # of which a share is said by itself
 LONGEST_CELL = 2000  # characters; Excel takes 32767, nobody reads them
 EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a table below the parameters, and their units
+LEAST_PCT = 1e-3  # smaller errors are not counted
 EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 
 

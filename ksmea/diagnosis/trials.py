@@ -221,10 +221,8 @@ def refined(
             return trial_of(trial.candidate, trial.fit, baseline.best, len(trials))
         return searched(trial, baseline, effort, len(trials), starts, ceiling)
 
-    effort, lead = (
-        search.effort,
-        min((trial.fit for trial in trials), key=lambda fit: fit.deviance, default=baseline.best),
-    )
+    effort = search.effort
+    lead = min((trial.fit for trial in trials), key=lambda fit: fit.deviance, default=baseline.best)
     first = partial(again, ceiling=lead.deviance + FAR, starts=starts, effort=effort)
     better = search.workers.each(first, trials[:1])
     lead = min([lead, *(trial.fit for trial in better)], key=lambda fit: fit.deviance)

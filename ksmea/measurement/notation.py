@@ -25,8 +25,6 @@ TURN = 360.0  # degrees
 SPELT = {"um": "µm", "0pk": "0-peak", "thou": "mil"}  # other names of units
 HEAD = "shown as: "  # of the line in a file
 IN_FILE = re.compile(rf"^#\s*{HEAD}(.*)$", re.MULTILINE)
-# Headings of the project's own files that say a unit, a detection or the sign of phases
-HEADING = re.compile(r"\bamplitude_((?:um|mm|mil|thou|in)_(?:0pk|pp|rms))\b|\bphase_(lead|lag)_deg\b")
 
 
 @dataclass(frozen=True)
@@ -79,16 +77,11 @@ class Notation:
         return "; ".join([HEAD + self.words, *(f"{name} = {channel}" for channel, name in self.names.items())])
 
 
-def of_text(text: str) -> Notation:
-    """Notation stated at the head of a file, or else by its headings, such as amplitude_mil_pp.
-
-    >>> of_text("speed_rpm,amplitude_mil_pp,phase_lag_deg").words
-    'mil_pp,lag,rpm'
-    """
+def of_text(text: str, otherwise: Notation = Notation()) -> Notation:
+    """Notation stated at the head of a file; another one if the head has no such line."""
     found = IN_FILE.search(text)
     if found is None:
-        headings = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
-        return Notation().with_words(",".join(unit or phase for unit, phase in HEADING.findall(headings)))
+        return otherwise
     words, *names = found[1].split("; ")
     pairs = (each.partition(" = ") for each in names)
     return dataclasses.replace(

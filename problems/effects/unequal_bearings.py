@@ -32,7 +32,6 @@ LIMITS = (-0.75, 3.0)  # a quarter to four times: bearings of one type that diff
 NOTICED = (0.04, 0.35)  # of either sign in each direction, are drawn
 STIFFNESS, DAMPING = "stiffness", "damping"
 CHANGES = {STIFFNESS: (STIFFNESS,), DAMPING: (DAMPING,), "stiffness and damping": (STIFFNESS, DAMPING)}
-OTHERS = "the other bearings"
 LETTERS = {STIFFNESS: "k", DAMPING: "c"}
 
 
@@ -85,22 +84,22 @@ class UnequalBearings(RotorEffect):
 
     def statement(self, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
         """Both axes in one if they agree."""
+        return self._compared(sizes, "the other bearings")
+
+    def statement_on(self, problem: RotorProblem, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
+        """Statement that names the other one of two bearings by its number."""
+        is_of_two = len(problem.rotor.bearings) == 2
+        return self._compared(sizes, f"bearing {3 - self.bearing}") if is_of_two else self.statement(sizes)
+
+    def _compared(self, sizes: Mapping[str, SizeRecord], others: str) -> StatementRecord:
         said: list[str] = []
         used: dict[str, SizeRecord] = {}
         for part in CHANGES[self.changes]:
             phrase, own = _difference({axis: sizes[f"{part}_difference_{axis}"] for axis in DIRECTIONS}, part)
             said.append(phrase)
             used |= own
-        sentence = f"Bearing {self.bearing} {' and '.join(said)} than {OTHERS}"
+        sentence = f"Bearing {self.bearing} {' and '.join(said)} than {others}"
         return dataclasses.replace(super().statement(sizes), sentence=sentence, sizes=used)
-
-    def statement_on(self, problem: RotorProblem, sizes: Mapping[str, SizeRecord]) -> StatementRecord:
-        """Statement that names the other one of two bearings by its number."""
-        said = self.statement(sizes)
-        if len(problem.rotor.bearings) != 2:
-            return said
-        other = f"than bearing {3 - self.bearing}"
-        return dataclasses.replace(said, sentence=said.sentence.replace(f"than {OTHERS}", other))
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
         changed, own = impedance.copy(), self.bearing - 1

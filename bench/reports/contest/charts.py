@@ -48,11 +48,9 @@ def solved_chart(board: pd.DataFrame, pairs: pd.DataFrame, measure: Measure, tit
     share, low, high = (100 * rows[f"{measure.name}_reached{end}"].to_numpy(float) for end in ("", "_low", "_high"))
     counts = [f"{part * runs / 100:.0f} of {runs:.0f}" for part, runs in zip(share, rows["runs"])]
     solved: list[Element] = [Points(share, at, left=low, right=high, said=counts)]
-    groups = [each for each in _cliques(rows["method"].tolist(), pairs, measure.name) if len(each) < len(rows)]
-    for number, clique in enumerate(groups):
-        x, first = 106.0 + 4.0 * number, rows["method"].tolist().index(clique[0])
-        solved.append(Line([x, x], [first - 0.3, first + len(clique) - 0.7], width=3.0, colour=INTERVAL))
-    x_solved = Axis("%", low=-4.0, high=106.0 + 4.0 * max(len(groups), 1), ticks={0.0: "0", 50.0: "50", 100.0: "100"})
+    bars = _bars(rows["method"].tolist(), pairs, measure.name, 106.0, 4.0, width=3.0)
+    solved += bars
+    x_solved = Axis("%", low=-4.0, high=106.0 + 4.0 * max(len(bars), 1), ticks={0.0: "0", 50.0: "50", 100.0: "100"})
     tall = 0.3 * len(rows) + 0.3
     target = f"{measure.name} ≤ {measure.main:g}"
     panels = (
@@ -60,7 +58,7 @@ def solved_chart(board: pd.DataFrame, pairs: pd.DataFrame, measure: Measure, tit
         Panel(tuple(_costs(rows, measure, at)), Axis("", "log", better="low"), y, "evaluations to reach it once", tall),
         Panel((Points(rows["seconds"], at, said="{x:.3g} s"),), Axis("", "log"), y, "time of a run (s)", tall),
     )
-    apart = "Green bars join methods that no test separates." if groups else "No test separates any two methods."
+    apart = "Green bars join methods that no test separates." if bars else "No test separates any two methods."
     caption = (
         f"Dots with 95 % intervals over all instances; the rank, before the name, is by the mean rank of the {measure.name} at the"
         f" end, '=' of methods that tie. Evaluations: expected ones until a run reaches the target. {apart}"
@@ -94,10 +92,17 @@ def _costs(rows: pd.DataFrame, measure: Measure, at: Array) -> Iterator[Element]
         yield Words(x=edge, y=float(row), text="never", side="right", colour=PAPER)
 
 
-def _cliques(methods: Sequence[str], pairs: pd.DataFrame, criterion: str) -> list[list[str]]:
-    return [
-        list(each) for each in cliques(methods, pairs[(pairs["family"] == "all") & (pairs["criterion"] == criterion)])
-    ]
+def _bars(
+    methods: Sequence[str], pairs: pd.DataFrame, criterion: str, start: float, step: float, *, width: float
+) -> list[Line]:
+    """Bars next to the rows of methods that no test separates, the first at `start`; none that joins all."""
+    alike = cliques(methods, pairs[(pairs["family"] == "all") & (pairs["criterion"] == criterion)])
+    bars: list[Line] = []
+    for clique in alike:
+        if len(clique) < len(methods):
+            x, first = start + step * len(bars), methods.index(clique[0])
+            bars.append(Line([x, x], [first - 0.3, first + len(clique) - 0.7], width=width, colour=INTERVAL))
+    return bars
 
 
 def ecdf_chart(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -> Chart:
@@ -189,15 +194,13 @@ def ranks_chart(board: pd.DataFrame, pairs: pd.DataFrame) -> Chart:
         mean, low, high = (ordered[f"{name}_rank{end}"].to_numpy(float) for end in ("", "_low", "_high"))
         said = [f"{method}: {rank:.2f}" for method, rank in zip(methods, mean)]
         elements: list[Element] = [Points(mean, np.arange(len(methods), dtype=float), left=low, right=high, said=said)]
-        alike = [each for each in _cliques(methods, pairs, name) if len(each) < len(methods)]
-        has_bars |= bool(alike)
-        for number, clique in enumerate(alike):
-            x, first = len(methods) + 0.5 + 0.35 * number, methods.index(clique[0])
-            elements.append(Line([x, x], [first - 0.3, first + len(clique) - 0.7], width=4.0, colour=INTERVAL))
+        bars = _bars(methods, pairs, name, len(methods) + 0.5, 0.35, width=4.0)
+        elements += bars
+        has_bars |= bool(bars)
         x_axis = Axis(
             "mean rank (1: best)",
             low=0.7,
-            high=len(methods) + 0.8 + 0.35 * max(len(alike), 1),
+            high=len(methods) + 0.8 + 0.35 * max(len(bars), 1),
             is_whole=True,
             better="low",
         )

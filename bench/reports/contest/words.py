@@ -151,7 +151,7 @@ def _listed(names: Sequence[str]) -> str:
 def _agreement(name: str, tests: pd.DataFrame, n_instance: int) -> str:
     row = tests[(tests["family"] == "all") & (tests["criterion"] == name)].iloc[0]
     p = row["friedman_p"]
-    friedman = "" if np.isnan(p) else f"; Friedman's test of all: {chance(p) if p >= LEAST_P else f'p < {LEAST_P:g}'}"
+    friedman = "" if np.isnan(p) else f"; Friedman's test of all: {chance(p, LEAST_P)}"
     if np.isnan(row["tau_of_halves"]):
         return friedman
     agree = "agree" if row["tau_low"] > 0 and n_instance >= LEAST_INSTANCES else "are not shown to agree"

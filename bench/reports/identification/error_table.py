@@ -10,11 +10,10 @@ import pandas as pd
 
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
-from bench.reports.tables import EFFORT, EXACT
+from bench.reports.tables import EFFORT, EXACT, LEAST_PCT
 from ksmea.show.text import number
 
 OURS, PAPER = "here", "paper"
-LEAST_PCT = 1e-3  # smaller errors are not counted
 
 
 def error_table(plan: Plan, summary: pd.DataFrame) -> pd.DataFrame:

@@ -38,8 +38,8 @@ def factors_chart(sweep: Sweep) -> Chart:
     All have one logarithmic axis.
     """
     scores = [cell.score for cell in sweep.cells if np.isfinite(cell.score) and cell.score > 0] or [1.0]
-    y = Axis(sweep.quantity, "log", min(scores) / ROOM, max(scores) * ROOM, group="score", better="low")
-    stacks = tuple(((_numbers if _is_ordered(sweep, name) else _names)(sweep, name, y),) for name in sweep.factors)
+    score = Axis(sweep.quantity, "log", min(scores) / ROOM, max(scores) * ROOM, group="score", better="low")
+    stacks = tuple((_factor(sweep, name, score),) for name in sweep.factors)
     allowed = f"; shaded: within {ALLOWED:g} σ, as good as the data allow" if sweep.quantity == SIGMA else ""
     lines = "lines join the levels of one combination where these are numbers"
     caption = (
@@ -49,72 +49,46 @@ def factors_chart(sweep: Sweep) -> Chart:
     return Chart(headline(sweep), caption, stacks, across, max(2.6 * across, 4.5), most=len(stacks))
 
 
-def _is_ordered(sweep: Sweep, name: str) -> bool:
-    return all(isinstance(level, (int, float)) for level in sweep.factors[name])
-
-
-def _numbers(sweep: Sweep, name: str, y: Axis) -> Panel:
-    """A factor whose levels are numbers, from left to right."""
+def _factor(sweep: Sweep, name: str, score: Axis) -> Panel:
+    """Numbers as levels from left to right, with lines; names one below the other."""
     levels = sweep.factors[name]
-    at = {level: float(number) for number, level in enumerate(levels)}
-    elements = _allowed(sweep, y, "y")
+    is_ordered = all(isinstance(level, (int, float)) for level in levels)
+    along: Along = "y" if is_ordered else "x"  # the axis of the scores
+    elements: list[Element] = []
+    if sweep.quantity == SIGMA and score.low is not None and score.low < ALLOWED:
+        elements.append(Span(low=score.low, high=ALLOWED, along=along))
+
+    def placed(scores: Mapping[Any, float]) -> tuple[list[float], list[float]]:
+        at = [float(number) for number, level in enumerate(levels) if level in scores]
+        values = [scores[level] for level in levels if level in scores]
+        return (at, values) if is_ordered else (values, at)
+
     for scores in sweep.by_combination(name):
-        known = [level for level in levels if level in scores]
-        x, values = [at[level] for level in known], [scores[level] for level in known]
-        if len(known) == len(levels):  # a line breaks at what is missing
-            elements.append(Line(x, values, width=0.8, colour=CONTEXT, opacity=0.5))
-        elements.append(Points(x, values, size=3.5, colour=CONTEXT, opacity=0.6, said="{y:.3g}"))
+        x, y = placed(scores)
+        if is_ordered and len(x) == len(levels):  # a line breaks at what is missing
+            elements.append(Line(x, y, width=0.8, colour=CONTEXT, opacity=0.5))
+        elements.append(Points(x, y, size=3.5, colour=CONTEXT, opacity=0.6, said=f"{{{along}:.3g}}"))
     typical = sweep.typical(name)
     known = [level for level in levels if level in typical]
-    x, values = [at[level] for level in known], [typical[level] for level in known]
-    if len(known) == len(levels):
-        elements.append(Line(x, values, width=1.8, colour=MODEL))
-    elements.append(Points(x, values, "diamond", 8.0, colour=MODEL, said=_said(typical, known)))
-    for level in known:
-        is_first, is_last = level == known[0] != known[-1], level == known[-1]
+    x, y = placed(typical)
+    if is_ordered and len(x) == len(levels):
+        elements.append(Line(x, y, width=1.8, colour=MODEL))
+    said = [f"{place_text(level)}: {typical[level]:.3g}" for level in known]
+    elements.append(Points(x, y, "diamond", 8.0, colour=MODEL, said=said))
+    for number, level in enumerate(known):
         beside: dict[str, Any] = {"offset": (0.0, 7.0), "edge": "bottom"}
-        if is_first or is_last:
+        if is_ordered and number in (0, len(known) - 1):
+            is_first = number == 0 and len(known) > 1
             beside = {"offset": (-8.0 if is_first else 8.0, 0.0), "side": "right" if is_first else "left"}
         text = two_figures(typical[level])
-        elements.append(Words(x=at[level], y=typical[level], text=text, size=9.0, has_ground=True, **beside))
-    ticks = {at[level]: place_text(level) for level in levels}
-    return Panel(tuple(elements), Axis(low=-0.5, high=len(levels) - 0.5, ticks=ticks), y, _strength(sweep, name), TALL)
-
-
-def _names(sweep: Sweep, name: str, x: Axis) -> Panel:
-    """A factor whose levels are names, one below the other."""
-    levels = sweep.factors[name]
-    at = {level: float(number) for number, level in enumerate(levels)}
-    elements = _allowed(sweep, x, "x")
-    for scores in sweep.by_combination(name):
-        known = [level for level in levels if level in scores]
-        values, y = [scores[level] for level in known], [at[level] for level in known]
-        elements.append(Points(values, y, size=3.5, colour=CONTEXT, opacity=0.6, said="{x:.3g}"))
-    typical = sweep.typical(name)
-    known = [level for level in levels if level in typical]
-    values, y = [typical[level] for level in known], [at[level] for level in known]
-    elements.append(Points(values, y, "diamond", 8.0, colour=MODEL, said=_said(typical, known)))
-    for level in known:
-        place: dict[str, Any] = {"x": typical[level], "y": at[level], "offset": (0.0, 7.0), "edge": "bottom"}
-        elements.append(Words(text=two_figures(typical[level]), size=9.0, has_ground=True, **place))
-    ticks = {at[level]: place_text(level) for level in levels}
-    rows = Axis(low=-0.6, high=len(levels) - 0.4, ticks=ticks, is_reversed=True, group=f"levels of {name}")
-    return Panel(tuple(elements), x, rows, _strength(sweep, name), TALL)
-
-
-def _allowed(sweep: Sweep, axis: Axis, along: Along) -> list[Element]:
-    """Scores that are as good as the data allow."""
-    is_there = sweep.quantity == SIGMA and axis.low is not None and axis.low < ALLOWED
-    return [Span(low=axis.low or 0.0, high=ALLOWED, along=along)] if is_there else []
-
-
-def _said(typical: Mapping[Any, float], known: Sequence[Any]) -> list[str]:
-    return [f"{place_text(level)}: {typical[level]:.3g}" for level in known]
-
-
-def _strength(sweep: Sweep, name: str) -> str:
+        elements.append(Words(x=x[number], y=y[number], text=text, size=9.0, has_ground=True, **beside))
+    ticks = {float(number): place_text(level) for number, level in enumerate(levels)}
     strength = sweep.strength[name]
-    return f"{short(name)}: worst {strength:.2g} × best" if np.isfinite(strength) else short(name)
+    title = f"{short(name)}: worst {strength:.2g} × best" if np.isfinite(strength) else short(name)
+    if is_ordered:
+        return Panel(tuple(elements), Axis(low=-0.5, high=len(levels) - 0.5, ticks=ticks), score, title, TALL)
+    rows = Axis(low=-0.6, high=len(levels) - 0.4, ticks=ticks, is_reversed=True, group=f"levels of {name}")
+    return Panel(tuple(elements), score, rows, title, TALL)
 
 
 def cells_chart(sweep: Sweep) -> Chart:

@@ -12,7 +12,7 @@ from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
 from bench.reports.identification.factors import short
-from bench.reports.tables import EFFORT, EXACT, has_intervals, lacks_interval
+from bench.reports.tables import EFFORT, EXACT, LEAST_PCT, has_intervals, lacks_interval
 from ksmea.arrays import Array
 from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Points
 from ksmea.show.charts.colours import INTERVAL, PAPER, REFERENCE
@@ -20,7 +20,6 @@ from ksmea.show.text import two_digits
 
 COLUMNS = 5  # of panels: more are too small to read
 ROW = 0.3  # inches
-LEAST_PCT = 1e-3  # smaller errors are not counted
 WIDE = 50.0  # largest to smallest value, from which on an axis is logarithmic
 FEWEST = 5  # values of which a box is drawn
 BEYOND = 0.1  # of the spread of all that is drawn: as far behind it an open side ends

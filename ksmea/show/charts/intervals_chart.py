@@ -17,8 +17,6 @@ FAR = 10.0  # times the reach of the intervals that are believed, beyond which a
 MOST_OF = 75  # per cent of the believed intervals set the reach: one that is hardly known would hide all others
 AT_EDGE = 0.97  # of the way to the edge: where arrows are
 ROW = 0.48  # inches for each unknown
-
-
 TITLE = "Parameters with their intervals"
 
 
