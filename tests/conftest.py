@@ -28,6 +28,12 @@ def heeds_sigint():
     signal.signal(signal.SIGINT, before)
 
 
+@pytest.hookimpl(optionalhook=True)  # of xdist
+def pytest_xdist_auto_num_workers():
+    """One worker more than cores: tests that wait, for a cluster or a deadline, leave their core to another."""
+    return len(os.sched_getaffinity(0)) + 1
+
+
 def pytest_sessionstart(session):
     """Compile the project once, not in each of the hundreds of processes that tests start where Python may write no bytecode."""
     if not hasattr(session.config, "workerinput"):

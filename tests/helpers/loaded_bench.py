@@ -19,6 +19,7 @@ from importlib import import_module
 from pathlib import Path
 
 import bench
+from loaded_forkserver import stand_by
 
 PACKAGES = ("bench", "measurements", "optimizers", "problems", "surrogates")
 TOO_LONG = -signal.SIGALRM  # exit code of a command that does not end within its time
@@ -88,6 +89,7 @@ def enter(words, cwd, environment, timeout, draws, out, err):
     sys.path[:1] = [str(cwd), *before]
     if not draws:
         bench.reports.collect._png = lambda chart: b""
+    stand_by()
     sys.argv = [bench.__main__.__file__, *words]
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[variable] = "1"  # as the import of the entry does
