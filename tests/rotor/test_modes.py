@@ -1,7 +1,5 @@
 """Natural frequencies, whirl and critical speeds: the published rotor, and rigid rotors in closed form."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,7 @@ from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.segments import Material
 from problems.rotor.free_motion.critical_speeds import _crossings, critical_speeds
-from problems.rotor.free_motion.modes import natural_frequencies, natural_modes
+from problems.rotor.free_motion.modes import frequency_curves, natural_modes
 from problems.three_disk import ThreeDisk
 from published_rotor import PUBLISHED_CRITICALS, published
 from tilting_rotor import DAMPING, HALF_SPAN, STIFFNESS, rigid_properties, tilting_rotor
@@ -141,7 +139,7 @@ def test_critical_speeds_are_those_of_all_eigenvalues(damping):
     rotor = on_isotropic_bearings(damping=damping)
     scanned = np.linspace(0.0, 2000.0, 41)[1:]
     # all degrees of freedom, each crossing by Brent's method to 1e-10
-    expected = _crossings(partial(natural_frequencies, assemble(rotor)), scanned)
+    expected = _crossings(frequency_curves(assemble(rotor)), scanned)
     assert critical_speeds(rotor, 2000.0, 40) == pytest.approx(expected, rel=1e-9)
 
 

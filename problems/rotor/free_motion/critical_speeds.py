@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import scipy
@@ -19,7 +18,7 @@ from ksmea.arrays import Array, ComplexArray
 from problems.rotor.finite_elements.assembly import Matrices, assemble
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.free_motion.free_motion import free_motion_of
-from problems.rotor.free_motion.modes import natural_frequencies, state_matrix
+from problems.rotor.free_motion.modes import frequency_curves, state_matrix
 
 REACH = 4.0  # modes up to this many times the highest speed carry the scan: its errors stay far below its step
 MIN_MODES = 12
@@ -38,10 +37,10 @@ def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
         return _with_changing_bearings(rotor, scanned)
     whole = assemble(rotor)
     low, basis = _lowest_modes(whole, REACH * highest)
-    found = [_corrected(whole, low, basis, start) for start in _crossings(partial(natural_frequencies, low), scanned)]
+    found = [_corrected(whole, low, basis, start) for start in _crossings(frequency_curves(low), scanned)]
     corrected = np.sort(np.array([speed for speed in found if speed is not None]))
     if len(corrected) < len(found) or np.any(np.diff(corrected) <= 1e-9 * highest):
-        return _crossings(partial(natural_frequencies, whole), scanned)
+        return _crossings(frequency_curves(whole), scanned)
     return corrected
 
 
@@ -51,7 +50,7 @@ def _with_changing_bearings(rotor: Rotor, scanned: Array) -> Array:
     Scanned in the space of its lowest modes, each crossing corrected with the whole rotor at its own speed.
     """
     low = free_motion_of(rotor, float(scanned[-1]))
-    found = _crossings(lambda speed: low.frequencies(np.array([speed]))[0], scanned)
+    found = _crossings(low.frequencies, scanned)
 
     def matrices_at(speed: float) -> Matrices:
         return assemble(rotor, speed)
@@ -72,18 +71,18 @@ def _pair_near(matrices: Matrices, speed: float) -> Eigenpair:
     return Eigenpair(1j * speed, vector / np.linalg.norm(vector))
 
 
-def _crossings(frequencies: Callable[[float], Array], scanned: Array) -> Array:
+def _crossings(frequencies: Callable[[Array], Array], scanned: Array) -> Array:
     """Rising spin speeds (rad/s) equal to a natural frequency.
 
-    All frequencies (n,) rad/s are given at each speed.
+    `frequencies` returns (n_speed, n) rad/s for speeds (n_speed,).
     """
-    table = np.array([frequencies(speed) - speed for speed in scanned])  # (n_scan, n)
+    table = frequencies(scanned) - scanned[:, None]
     intervals, curves = np.nonzero(np.sign(table[:-1]) * np.sign(table[1:]) < 0)
     crossings = []
     for interval, curve in zip(intervals, curves):
 
         def excess(speed: float, curve: int = int(curve)) -> float:
-            return float(frequencies(speed)[curve] - speed)
+            return float(frequencies(np.array([speed]))[0, curve] - speed)
 
         low, high = float(scanned[interval]), float(scanned[interval + 1])
         crossings.append(scipy.optimize.brentq(excess, low, high, rtol=1e-10))
@@ -150,7 +149,7 @@ def _eigenpair(matrices: Matrices, speed: float, start: Eigenpair) -> Eigenpair 
     """
     damping = matrices.damping + speed * matrices.gyroscopic
     stiffness = matrices.stiffness + speed * matrices.circulatory
-    scale = 1 / np.linalg.norm(stiffness, 2)
+    scale = 1 / np.linalg.norm(stiffness, 1)
     n = len(stiffness)
     row = start.vector.conj() / np.vdot(start.vector, start.vector)
     value, vector = start.value, start.vector

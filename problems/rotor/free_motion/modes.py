@@ -14,6 +14,8 @@ whose solutions with Ω² > 0 are the critical speeds, all at once. A thin disk 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy
 
@@ -68,18 +70,43 @@ def has_mass(matrices: Matrices) -> bool:
 
 
 def natural_frequencies(matrices: Matrices, speed: float) -> Array:
-    """Damped frequencies at a spin speed, (n_dof,) rad/s, rising.
+    """Damped frequencies at a spin speed, (n_dof,) rad/s, rising."""
+    return frequency_curves(matrices)(np.array([speed]))[0]
 
-    An overdamped pair counts as two at zero speed.
 
-    Each entry is a continuous function of speed, because the pairs never leave the count.
+def frequency_curves(matrices: Matrices) -> Callable[[Array], Array]:
+    """Damped frequencies (n_speed, n_dof) as a function of spin speeds (n_speed,), rad/s.
+
+    They rise at each speed. An overdamped pair counts as two at zero speed. Each column is a continuous function of speed, because the pairs
+    never leave the count.
     """
     n_dof = len(matrices.mass)
     if not has_mass(matrices) or np.iscomplexobj(matrices.stiffness):
-        found = eigenpairs(matrices, speed)[0].imag
-        return np.sort(np.concatenate([np.zeros(n_dof), np.maximum(found, 0.0)]))[-n_dof:]
-    eigenvalues = scipy.linalg.eigvals(state_matrix(matrices, speed))
-    return np.sort(eigenvalues.imag)[n_dof:]
+
+        def one_by_one(speed: Array) -> Array:
+            found = [eigenpairs(matrices, float(spin))[0].imag for spin in speed]
+            filled = [np.concatenate([np.zeros(n_dof), np.maximum(each, 0.0)]) for each in found]
+            return np.array([np.sort(each)[-n_dof:] for each in filled])
+
+        return one_by_one
+    steady, gyroscopic, circulatory = (
+        -scipy.linalg.solve(matrices.mass, each, assume_a="pos")
+        for each in (
+            np.hstack([matrices.stiffness, matrices.damping]),
+            matrices.gyroscopic,
+            matrices.circulatory,
+        )
+    )
+
+    def at_once(speed: Array) -> Array:
+        state = np.zeros((len(speed), 2 * n_dof, 2 * n_dof))
+        state[:, :n_dof, n_dof:] = np.eye(n_dof)
+        state[:, n_dof:] = steady
+        state[:, n_dof:, :n_dof] += speed[:, None, None] * circulatory
+        state[:, n_dof:, n_dof:] += speed[:, None, None] * gyroscopic
+        return np.sort(np.linalg.eigvals(state).imag, axis=1)[:, n_dof:]
+
+    return at_once
 
 
 def campbell_diagram(rotor: Rotor, speed: Array, n_mode: int) -> Campbell:
