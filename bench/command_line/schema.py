@@ -39,6 +39,7 @@ def plugin_schema(group: str, name: str) -> DictConfig:
         raise error.within(f"{group}={name}") from error
 
 
+@cache
 def bench_schema() -> DictConfig:
     """The settings of the bench itself."""
     return _node("Bench", _typed(BenchConfig))

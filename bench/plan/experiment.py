@@ -246,13 +246,13 @@ def _cells(
     made: dict[int, Cell] = {}
     failures: list[PluginFailure] = []
     refused: dict[int, SettingError] = {}
-    facts = FactsOfCells()
-    tried: dict[str, PluginFailure | None] = {}
+    facts, tried = FactsOfCells(), dict[str, PluginFailure | None]()
     for index, point in enumerate(points):
         try:
             config = composer.at(point)
-            _require_survived(config, point, tried)
-            made[index] = _cell(config, point, modules, facts)
+            chosen = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
+            _require_survived(config, point, chosen, tried)
+            made[index] = _cell(config, point, chosen, modules, facts)
         except PluginFailure as failure:
             failures.append(failure)
         except SettingError as error:
@@ -281,17 +281,18 @@ def _each_once(cells: Iterable[Cell]) -> tuple[Cell, ...]:
     return tuple(known.values())
 
 
-def _require_survived(config: DictConfig, point: dict[str, Any], tried: dict[str, PluginFailure | None]) -> None:
+def _require_survived(
+    config: DictConfig, point: dict[str, Any], chosen: dict[str, Any], tried: dict[str, PluginFailure | None]
+) -> None:
     """Raise `PluginFailure` if planning with these plugins from outside ends the process.
 
     The first cell of each is tried in a fork.
     """
-    chosen: Any = OmegaConf.to_container(OmegaConf.masked_copy(config, list(registry.GROUPS)), resolve=True)
     theirs = " ".join(outside_in(chosen))
     if theirs and theirs not in tried:
         tried[theirs] = None
         try:
-            require_survived(theirs, lambda: _cell(config, point, {}, FactsOfCells()))
+            require_survived(theirs, lambda: _cell(config, point, chosen, {}, FactsOfCells()))
         except PluginFailure as failure:
             tried[theirs] = failure
     if (failed := tried.get(theirs)) is not None:
@@ -312,15 +313,16 @@ def _with_file(cell: Cell, config: DictConfig, point: Mapping[str, Any]) -> Cell
     )
 
 
-def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], facts: FactsOfCells) -> Cell:
+def _cell(
+    config: DictConfig, point: dict[str, Any], chosen: dict[str, Any], modules: dict[str, str], facts: FactsOfCells
+) -> Cell:
     """The settings of one point, checked by making its plugins; what the method ignores is left out.
 
-    The modules that it uses are added to `modules`.
+    `chosen` are the settings of its plugins by group. The modules that it uses are added to `modules`.
     """
     check_values(BenchConfig, _own(config, ("samples", "seed")))
-    settings: dict[str, Any] = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
-    with planning(settings):
-        return _planned(config, point, settings, modules, facts)
+    with planning(chosen):
+        return _planned(config, point, chosen, modules, facts)
 
 
 def _planned(
