@@ -165,6 +165,5 @@ def test_open_ends_are_arrows_and_without_intervals_there_are_none():
     bars, least, most = fleet_chart(values).panels[0].elements
     assert list(bars.left) == [0.5, 0.5] and list(bars.right) == [2.0, 2.0]
     assert (list(least.y), list(least.x), list(most.y), list(most.x)) == ([1], [0.5], [0, 1], [2.0, 2.0])
-    assert not fleet_chart(values).panels[0].x.is_turned
     (dots,) = fleet_chart(values.assign(low=np.nan)).panels[0].elements
     assert dots.left is None and list(dots.x) == [1.0, 2.0]

@@ -304,7 +304,7 @@ def test_texts_and_tables_have_the_numbers(typical):
     assert f"{len(unseen)} numbers more would narrow no interval by 1 % if exact" in said
     assert IdentifiabilityRecord.from_data(json.loads(json.dumps(record.to_data(), allow_nan=False))) == record
     panel = identifiability_chart(record).panels[-1]
-    assert list(panel.x.ticks.values()) == [
+    assert list(panel.y.ticks.values()) == [
         entry.value for entry in record.variations if entry.variation == "numbers" and entry.value not in unseen
     ]
 
@@ -321,10 +321,10 @@ def test_a_plan_names_the_numbers_to_measure(typical, rotor_with):
     ]
     assert PlanningRecord.from_data(json.loads(json.dumps(record.to_data(), allow_nan=False))) == record
     panel = planning_chart({"": record}).panels[-1]
-    assert len(panel.x.ticks) == 12 and panel.x.ticks[0.0] == "density of steel"
+    assert len(panel.y.ticks) == 12 and panel.y.ticks[0.0] == "density of steel"
     falls = np.array(family(record, "numbers").candidates.reduction_pct)
-    ranks = np.array(panel.elements[0].x)
-    assert np.all(np.diff(falls[np.argsort(ranks)][:12]) <= 0) and np.isnan(ranks).sum() == 1
+    drawn = panel.elements[0]
+    assert list(drawn.y) == list(range(12)) and list(drawn.x) == sorted(falls, reverse=True)[:12] and len(falls) == 13
 
     exact = planning_study(point_of(rotor_with("")), options)
     assert [each.family for each in exact.families] == ["speeds", "probes", "trial run"]

@@ -38,7 +38,6 @@ class Axis:
     ticks: Mapping[float, str] | None = None  # words at values, in place of numbers; none at all where empty
     is_whole: bool = False  # its values are counts
     is_reversed: bool = False
-    is_turned: bool = False  # words of ticks stand upright
     group: str = ""  # axes of one group have the same ends
     better: Literal["", "low", "high", "middle"] = ""
 

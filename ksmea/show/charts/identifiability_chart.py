@@ -61,7 +61,7 @@ def label(parameter: Unknown) -> str:
 
 
 def _with_other_data(record: IdentifiabilityRecord, name: str, entries: Sequence[Variation]) -> Panel:
-    """A line for each unknown, or symbols side by side if the variation has named values."""
+    """A line for each unknown, or a row of symbols for each value of a variation whose values are named."""
     is_named = name in ("band", "kind", "numbers")
     at = np.array([number if is_named else entry.value for number, entry in enumerate(entries)], dtype=float)
     widths = half_widths([entry.crlb_si for entry in entries], record)
@@ -69,16 +69,23 @@ def _with_other_data(record: IdentifiabilityRecord, name: str, entries: Sequence
     elements = list[Element]()
     for number, (unknown, (colour, dash)) in enumerate(_styles(record).items()):
         shown, own = np.minimum(widths[:, number], MOST_PCT), symbol(number)
+        more: dict[str, Any] = {
+            "name": unknown,
+            "colour": colour,
+            "said": f"{unknown}: ± {{{'x' if is_named else 'y'}:.3g}} %",
+        }
         x = at + (0.6 * ((number + 0.5) / len(present) - 0.5) if is_named else 0.0)
-        more: dict[str, Any] = {"name": unknown, "colour": colour, "said": f"{unknown}: ± {{y:.3g}} %"}
-        elements.append(Points(x, shown, own, **more) if is_named else Line(x, shown, dash, symbol=own, **more))
-        elements += _beyond(x, widths[:, number], colour)
-        elements.append(Level(at=min(present[number], MOST_PCT), colour=colour, opacity=0.7))
+        elements.append(Points(shown, x, own, **more) if is_named else Line(x, shown, dash, symbol=own, **more))
+        elements += _beyond(x, widths[:, number], colour, is_named)
+        elements.append(
+            Level(at=min(present[number], MOST_PCT), along="x" if is_named else "y", colour=colour, opacity=0.7)
+        )
     texts = map(_in_words, [entry.value for entry in entries])
     ticks = None if name == "position" else dict(zip(at.tolist(), texts))
-    scale = Axis(
-        "", "log" if name in ("speeds", "noise") else "linear", ticks=ticks, is_turned=name in ("band", "numbers")
-    )
+    if is_named:
+        rows = Axis(low=-0.6, high=len(entries) - 0.4, ticks=ticks, is_reversed=True)
+        return _panel(record, elements, rows, HEADINGS[name], has_rows=True)
+    scale = Axis("", "log" if name in ("speeds", "noise") else "linear", ticks=ticks)
     return _panel(record, elements, scale, HEADINGS[name])
 
 
@@ -100,21 +107,26 @@ def _as_they_are(record: IdentifiabilityRecord) -> Panel:
     return _panel(record, elements, Axis(ticks=dict(enumerate(_styles(record)))), "the data as they are")
 
 
-def _beyond(x: Array, widths: Array, colour: str) -> Iterator[Points]:
+def _beyond(at: Array, widths: Array, colour: str, in_rows: bool = False) -> Iterator[Points]:
     """Arrows where widths (n,) are larger than what is drawn."""
     beyond = widths > MOST_PCT
     if beyond.any():
-        yield Points(x[beyond], np.full(beyond.sum(), MOST_PCT), "arrow up", 8, colour=colour)
+        ends = np.full(beyond.sum(), MOST_PCT)
+        x, y, arrow = (ends, at[beyond], "arrow right") if in_rows else (at[beyond], ends, "arrow up")
+        yield Points(x, y, arrow, 8, colour=colour)
 
 
-def _panel(record: IdentifiabilityRecord, elements: Sequence[Element], x: Axis, title: str) -> Panel:
-    """A panel with the half-widths of the whole chart."""
+def _panel(
+    record: IdentifiabilityRecord, elements: Sequence[Element], other: Axis, title: str, has_rows: bool = False
+) -> Panel:
+    """A panel with the half-widths of the whole chart, upwards or, of rows, to the right."""
     crlbs = [record.crlb_si, *(entry.crlb_si for entry in record.variations)]
     every = half_widths(crlbs, record).clip(LEAST_PCT, MOST_PCT)
     low, high = 0.6 * float(every.min()), 1.7 * max(100.0, float(every.max()))
-    unknown = Span(low=100.0, high=10 * MOST_PCT, colour=CONTEXT)
-    y = Axis(f"± (%), {100 * record.level:g} % interval", "log", low, high, group="widths")
-    return Panel((unknown, *elements), x, y, title, 2.7)
+    unknown = Span(low=100.0, high=10 * MOST_PCT, along="x" if has_rows else "y", colour=CONTEXT)
+    widths = Axis(f"± (%), {100 * record.level:g} % interval", "log", low, high, group="widths")
+    x, y = (widths, other) if has_rows else (other, widths)
+    return Panel((unknown, *elements), x, y, title, max(2.7, 0.3 * len(other.ticks or ()) + 0.8) if has_rows else 2.7)
 
 
 def _styles(record: IdentifiabilityRecord) -> Mapping[str, tuple[str, str]]:

@@ -23,7 +23,6 @@ TOP, BOTTOM, LEFT, RIGHT = 40, 54, 66, 14  # px around all panels
 STACKED, APART, BESIDE = 16, 74, 0.07  # px between panels of a stack and between stacks; part of the width
 PLAIN_FROM, PLAIN_TO = 1e-4, 1e6  # between which numbers of a logarithmic axis have no powers of ten
 BARE = 0.03  # part of the width between panels that have no words of their own between them
-TURNED = 30  # px more below words that stand upright
 CHARACTER = 0.006  # part of the width, of a word beside an axis
 HEADING = 22  # px, for the title of a panel
 PLAIN_EXPONENT = 6  # numbers up to 10 to this power are written out on axes
@@ -226,7 +225,7 @@ def _tops(
                 tall = min(INCH * panel.height * (1.0 if panel.z is None else SPACE), width * _steepness(panel))
                 tops[number] = (at, at + tall)
                 below = STACKED if _is_named_below(shown, of_stack, number) else APART
-                at += tall + below + (TURNED if panel.x.is_turned else 0)
+                at += tall + below
             ends.append(at)
         down = max(ends, default=down)
     return tops, down
@@ -284,9 +283,7 @@ def _axis(scale: Axis, panels: Sequence[Panel], side: str) -> Layout:
         made["dtick"] = 1
     if scale.ticks is not None:
         words = [each.replace("\n", "<br>") for each in scale.ticks.values()]
-        made |= {"tickmode": "array", "tickvals": place(list(scale.ticks)), "ticktext": words} | (
-            {"tickangle": -60} if scale.is_turned else {}
-        )
+        made |= {"tickmode": "array", "tickvals": place(list(scale.ticks)), "ticktext": words}
         if not scale.ticks:
             made |= {"showticklabels": False, "ticks": "", "showgrid": False}
     if scale.low is not None or scale.high is not None or scale.group:

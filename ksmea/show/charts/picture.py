@@ -25,6 +25,7 @@ LINES: dict[str, Any] = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."
 MARKERS = {
     "": "", "circle": "o", "square": "s", "diamond": "D", "triangle down": "v", "triangle up": "^", "triangle left": "<", "triangle right": ">",
     "cross": "P", "star": "*", "x": "x", "plus": "+", "bar": "_", "post": "|", "point": ".", "arrow up": "$\\uparrow$",
+    "arrow right": "$\\rightarrow$",
 }  # fmt: skip
 FAINT = 0.15  # opacity of bands
 TITLE, TEXT, SMALL, TINY = 11, 9, 8, 6  # points
@@ -184,7 +185,7 @@ def _scale(axes: Axes, side: str, scale: Axis) -> None:
     own = getattr(axes, f"{side}axis")
     if scale.ticks is not None:
         own.set_major_locator(FixedLocator(list(scale.ticks)))
-        own.set_ticks(list(scale.ticks), list(scale.ticks.values()), rotation=90 if scale.is_turned else 0)
+        own.set_ticks(list(scale.ticks), list(scale.ticks.values()))
         own.set_minor_locator(NullLocator())
     elif scale.is_whole:
         own.set_major_locator(MaxNLocator(integer=True))

@@ -13,7 +13,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.measurement.channel import named
 from ksmea.records.planning import Family, PlanningRecord, Unknown, infinite_where_none
-from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, Words
+from ksmea.show.charts.chart import Along, Axis, Chart, Element, Level, Line, Panel, Points, Span, Words
 from ksmea.show.charts.colours import CATEGORIES, CONTEXT, DASHES, PAPER
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
 
@@ -28,6 +28,8 @@ UNPLANNED = {  # what is compared
     "numbers": "present run again",
 }
 MOST_NUMBERS = 12  # in a panel, the best ones
+ROW = 0.24  # inches
+EXACT = "number that is exact"
 
 
 def planning_chart(found: Mapping[str, PlanningRecord], title: str = "") -> Chart:
@@ -52,42 +54,73 @@ def is_without_size(parameter: Unknown) -> bool:
 
 
 def _panels(record: PlanningRecord, name: str) -> Iterator[Panel]:
+    """A panel for each family, the first one titled."""
     n_drawn = 0
     for family in record.families:
-        shown, lines = _shown(record, family), _lines(family)
-        x, axis = (
-            _abscissa(family) if family.candidates.number is None else _by_rank(family, shown, _is_unknown(record))
-        )
-        elements: list[Element] = []
-        if family.family == "speeds":
-            elements.append(
-                Span(low=record.speed_from / RPM, high=record.speed_to / RPM, along="x", colour=CONTEXT, opacity=0.1)
-            )
-        for number, (line, own) in enumerate(lines.items(), start=n_drawn):
-            style: dict[str, Any] = {
-                "colour": COLOURS[number % len(COLOURS)],
-                "dash": DASHES[number // len(COLOURS) % len(DASHES)],
-            }
-            if (words := family.candidates.number) is not None:
-                told = [f"{word}: {value:.3g}" for word, value in zip(words, shown)]
-                elements.append(Points(x, shown, name=line, said=told, colour=style["colour"]))
-                continue
-            said = f"{line or 'speed'}: {{y:.3g}} at {{x:.5g}}"
-            elements.append(Line(x[own], shown[own], symbol="point" if line else "", name=line, said=said, **style))
-        chosen = list(family.chosen)
-        elements.append(Points(x[chosen], shown[chosen], "circle", 8, True, name="chosen", colour=PAPER))
-        n_drawn += len(lines)
-        title, name = name, ""
-        if not _is_unknown(record):
-            unplanned = _unplanned(record, family)
-            elements += [Level(at=unplanned, label=UNPLANNED[family.family])] if unplanned is not None else []
-            top = max(float(np.nanmax(shown, initial=unplanned or 0.0)), 1e-3)
-            yield Panel(tuple(elements), axis, Axis(_quantity(record), low=0, high=1.1 * top), title, HEIGHT)
-        elif np.isfinite(shown).any():
-            yield Panel(tuple(elements), axis, Axis(_quantity(record), "log"), title, HEIGHT)
-        else:
+        shown = _shown(record, family)
+        if not np.isfinite(shown).any():
             none = Axis(low=0, high=1, ticks={})
-            yield Panel((Words(x=0.5, y=0.5, text="still unknown"),), none, none, title, HEIGHT)
+            yield Panel((Words(x=0.5, y=0.5, text="still unknown"),), none, none, name, HEIGHT)
+        elif family.candidates.number is not None:
+            yield _of_numbers(record, family, shown, name)
+        else:
+            yield _over_place(record, family, shown, name, n_drawn)
+            n_drawn += len(_lines(family))
+        name = ""
+
+
+def _over_place(record: PlanningRecord, family: Family, shown: Array, title: str, n_drawn: int) -> Panel:
+    """A line for each kind of candidate over speed or position; `n_drawn` lines are drawn above."""
+    x, axis = _abscissa(family)
+    elements: list[Element] = []
+    if family.family == "speeds":
+        elements.append(
+            Span(low=record.speed_from / RPM, high=record.speed_to / RPM, along="x", colour=CONTEXT, opacity=0.1)
+        )
+    for number, (line, own) in enumerate(_lines(family).items(), start=n_drawn):
+        style: dict[str, Any] = {
+            "colour": COLOURS[number % len(COLOURS)],
+            "dash": DASHES[number // len(COLOURS) % len(DASHES)],
+        }
+        said = f"{line or 'speed'}: {{y:.3g}} at {{x:.5g}}"
+        elements.append(Line(x[own], shown[own], symbol="point" if line else "", name=line, said=said, **style))
+    chosen = list(family.chosen)
+    elements.append(Points(x[chosen], shown[chosen], "circle", 8, True, name="chosen", colour=PAPER))
+    elements += _without_plan(record, family, "y")
+    return Panel(tuple(elements), axis, _gain(record, family, shown), title, HEIGHT)
+
+
+def _of_numbers(record: PlanningRecord, family: Family, shown: Array, title: str) -> Panel:
+    """A row for each of the best numbers and of the chosen ones, the best one first."""
+    order = np.argsort(shown if _is_unknown(record) else -shown, kind="stable")
+    drawn = [index for rank, index in enumerate(order) if rank < MOST_NUMBERS or index in family.chosen]
+    words = [(family.candidates.number or ())[index] for index in drawn]
+    row, size = np.arange(len(drawn), dtype=float), shown[drawn]
+    chosen = np.isin(drawn, family.chosen)
+    elements = (
+        Points(
+            size, row, name=EXACT, said=[f"{word}: {each:.3g}" for word, each in zip(words, size)], colour=COLOURS[0]
+        ),
+        Points(size[chosen], row[chosen], "circle", 8, True, name="chosen", colour=PAPER),
+        *_without_plan(record, family, "x"),
+    )
+    rows = Axis(
+        low=-0.6, high=len(drawn) - 0.4, ticks={float(at): word for at, word in enumerate(words)}, is_reversed=True
+    )
+    return Panel(elements, _gain(record, family, shown), rows, title, max(HEIGHT, ROW * len(drawn) + 0.8))
+
+
+def _without_plan(record: PlanningRecord, family: Family, along: Along) -> list[Element]:
+    unplanned = None if _is_unknown(record) else _unplanned(record, family)
+    return [] if unplanned is None else [Level(at=unplanned, along=along, label=UNPLANNED[family.family])]
+
+
+def _gain(record: PlanningRecord, family: Family, shown: Array) -> Axis:
+    """The axis of what candidates give."""
+    if _is_unknown(record):
+        return Axis(_quantity(record), "log")
+    top = max(float(np.nanmax(shown, initial=_unplanned(record, family) or 0.0)), 1e-3)
+    return Axis(_quantity(record), low=0, high=1.1 * top)
 
 
 def _abscissa(family: Family) -> tuple[Array, Axis]:
@@ -101,16 +134,6 @@ def _abscissa(family: Family) -> tuple[Array, Axis]:
     return np.array(candidates.position), Axis(f"position of a trial unbalance of {magnitude:.4g} g mm (m)")
 
 
-def _by_rank(family: Family, shown: Array, least_first: bool) -> tuple[Array, Axis]:
-    """Abscissae (n,) of numbers, the best and the chosen ones next to each other, and their axis."""
-    order = np.argsort(shown if least_first else -shown, kind="stable")
-    drawn = [index for rank, index in enumerate(order) if rank < MOST_NUMBERS or index in family.chosen]
-    x = np.full(len(shown), np.nan)
-    x[drawn] = np.arange(len(drawn))
-    words = family.candidates.number or ()
-    return x, Axis("number that is exact", ticks={float(x[index]): words[index] for index in drawn}, is_turned=True)
-
-
 def _lines(family: Family) -> dict[str, Array]:
     """Which candidates (n,) each line of a panel joins, by its name."""
     candidates = family.candidates
@@ -118,8 +141,6 @@ def _lines(family: Family) -> dict[str, Array]:
         names = [f"probe in {named(direction)}" for direction in candidates.direction]
     elif candidates.phase is not None:
         names = [f"trial at {phase / DEGREE:.4g}°" for phase in candidates.phase]
-    elif candidates.number is not None:
-        names = ["number that is exact"] * len(candidates.number)
     else:
         names = [""] * len(candidates.reduction_pct)
     return {name: np.array(names) == name for name in list(dict.fromkeys(names))[:MOST_LINES]}

@@ -24,6 +24,7 @@ SYMBOLS = {
     "triangle right": "triangle-right",
     "cross": "cross", "star": "star", "x": "x-thin", "plus": "cross-thin", "bar": "line-ew", "post": "line-ns", "point": "circle",
     "arrow up": "arrow-up",
+    "arrow right": "arrow-right",
 }  # fmt: skip
 THIN = ("x", "plus", "bar", "post")  # symbols that are lines
 PX = 1.5  # of a point, for symbols; lines have 1.1
