@@ -30,12 +30,16 @@ def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecor
 
 
 def located_yaml(name: str, settings: Mapping[str, Any], record: LocationRecord, remarks: Sequence[str]) -> str:
-    """YAML file of the model with the located force; empty if no law holds at its site.
+    """YAML file of the model with the located force.
+
+    Empty if no law holds at its site, and if the cause is spread over the shaft, where a law at one site is none of it.
 
     `remarks` are as in `extended_yaml` (`ksmea.show.location_text.about_extension`).
     """
     extension = record.extension
-    return "" if extension is None else _document(name, settings, [extension.effect], extension.values, remarks)
+    if extension is None or record.is_spread:
+        return ""
+    return _document(name, settings, [extension.effect], extension.values, remarks)
 
 
 def _document(

@@ -213,7 +213,7 @@ def test_an_extended_model_is_of_the_machine(tmp_path):
         "phase_origin@trial": 4.0,
     }
     values |= {"runout_x": 0.3, "runout_y": -0.2}
-    record = SimpleNamespace(extension=ExtensionRecord(effect, values, {}))
+    record = SimpleNamespace(extension=ExtensionRecord(effect, values, {}), is_spread=False)
     path = tmp_path / "extended.yaml"
     path.write_text(located_yaml("three_disk", {}, record, ()), encoding="utf-8")
     extended = create("problem", "extended", {"file": str(path)})
