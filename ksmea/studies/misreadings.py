@@ -39,10 +39,12 @@ DECISIVE = 50.0  # … and a deviance lower by this: by chance the best of thirt
 NEAR = 6.0  # deviance within which readings cannot be told apart
 MOST = 1000  # per cent; more noise is only said to be more
 
-# Of the fit of each reading: points screened, starts and their distance in the unit cube, iterations from each and from the
-# best; then how many readings are fitted to the end.
-SCREENING, STARTS, START_DISTANCE, FIRST_ITERATIONS, ITERATIONS, SURVIVORS = 1024, 4, 0.1, 6, 15, 4
+# Of the fit of each reading: points screened, starts and their distance in the unit cube, iterations from each. The best readings
+# take further iterations, and of these the best are fitted to the end.
+SCREENING, STARTS, START_DISTANCE, FIRST_ITERATIONS = 1024, 4, 0.1, 6
+CONTINUED, ITERATIONS, SURVIVORS = 8, 15, 4
 TOLERANCE = 1e-2  # of a deviance
+AT_LIMIT = 1e-3  # part of its range at which an unbalance is taken to lie on its limit
 
 
 @dataclass(frozen=True)
@@ -85,9 +87,9 @@ def misread(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> Mis
     likelihood = likelihood_of(case.of_measurement(data))
     start = likelihood.start(np.clip(problem.parameters.to_cube(x), 0.0, 1.0))
     as_read = Fit(likelihood, _climbed(likelihood, start))
-    again = _fit(problem, data)
-    if again is not None and again.deviance < as_read.deviance:
-        as_read = _converged(again)
+    again = _begun(problem, data)
+    if again is not None and (again := _continued(again)).deviance < as_read.deviance:
+        as_read = _continued(again, MAX_ITERATIONS)
     for ways in (readings(data), double_readings(data)):
         if found := _better(problem, ways, as_read):
             return Misread(tuple(found), as_read)
@@ -97,32 +99,49 @@ def misread(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> Mis
 def _better(problem: Problem, ways: Iterable[Reading], as_read: Fit) -> list[tuple[Reading, Fit]]:
     """Readings that fit decisively better, leave plausible noise, and fit about as well as the best one."""
     margin = max(DECISIVE, -2 * np.log(NOISE_RATIO) * as_read.likelihood.n_residual)
-    first = [(reading, fit) for reading in ways if (fit := _fit(problem, reading.measurement)) is not None]
-    first = sorted(first, key=lambda each: each[1].deviance)[:SURVIVORS]
-    found = [(reading, _converged(fit)) for reading, fit in first if fit.deviance < as_read.deviance - NEAR]
+    other = (reading for reading in ways if not _is_taken_by_unbalance(as_read, reading.factor))
+    begun = [(reading, fit) for reading in other if (fit := _begun(problem, reading.measurement)) is not None]
+    longer = [(reading, _continued(fit)) for reading, fit in _best(begun, CONTINUED)]
+    last = [each for each in _best(longer, SURVIVORS) if each[1].deviance < as_read.deviance - NEAR]
+    found = [(reading, _continued(fit, MAX_ITERATIONS)) for reading, fit in last]
     limit = min([as_read.deviance - margin, *(fit.deviance + NEAR for _, fit in found)])
     return [(reading, fit) for reading, fit in found if fit.deviance <= limit and _share_left(fit) <= PLAUSIBLE]
 
 
-def _fit(problem: Problem, measurement: Measurement) -> Fit | None:
-    """The problem fitted to data from a few starts, near its maximum if it has a good one.
+def _best(fitted: Iterable[tuple[Reading, Fit]], n: int) -> list[tuple[Reading, Fit]]:
+    return sorted(fitted, key=lambda each: each[1].deviance)[:n]
 
-    None where it cannot be.
+
+def _is_taken_by_unbalance(fit: Fit, factor: float) -> bool:
+    """Whether all amplitudes times a factor are those of the unbalance times it: no fit can tell.
+
+    It is inside its limits, so that no other value would fit better, and stays there.
     """
+    parameters = fit.problem.parameters
+    own = np.array([each.is_unbalance for each in parameters])
+    scaled = fit.x * np.where(own, factor, 1.0)
+    inside = (np.abs(parameters.to_cube(x)[own] - 0.5) < 0.5 - AT_LIMIT for x in (fit.x, scaled))
+    if factor == 1.0 or not all(map(np.all, inside)):
+        return False
+    response, of_scaled = fit.problem.response(np.array([fit.x, scaled]))
+    return bool(np.allclose(of_scaled, factor * response, rtol=1e-6, atol=1e-9 * np.max(np.abs(response))))
+
+
+def _begun(problem: Problem, measurement: Measurement) -> Fit | None:
+    """The problem fitted to data by a few iterations from a few starts; None where it cannot be."""
     try:
         case = Case.of(problem, measurement)
         likelihood = likelihood_of(case)
         points = sobol(SCREENING, likelihood.d) + 0.5 / SCREENING
         starts = screened(case, points).apart(STARTS, START_DISTANCE).points
         first = [_climbed(likelihood, likelihood.start(u), FIRST_ITERATIONS) for u in starts]
-        best = min(first, key=lambda point: point.deviance)
-        return Fit(likelihood, _climbed(likelihood, best.theta, ITERATIONS))
+        return Fit(likelihood, min(first, key=lambda point: point.deviance))
     except (SettingError, ArithmeticError, np.linalg.LinAlgError):
         return None
 
 
-def _converged(fit: Fit) -> Fit:
-    return Fit(fit.likelihood, _climbed(fit.likelihood, fit.point.theta))
+def _continued(fit: Fit, iterations: int = ITERATIONS) -> Fit:
+    return Fit(fit.likelihood, _climbed(fit.likelihood, fit.point.theta, iterations))
 
 
 def _climbed(likelihood: Likelihood, theta: Array, iterations: int = MAX_ITERATIONS) -> Point:
@@ -198,12 +217,13 @@ def unit_of_gain(gain: float) -> str:
 class Reading:
     """Data read in another way: how they were given, the cure for each, and the data.
 
-    They differ in one respect or two.
+    They differ in one respect or two. `factor` is that of all amplitudes.
     """
 
     given: tuple[str, ...]
     remedies: tuple[str, ...]
     measurement: Measurement
+    factor: float = 1.0
 
 
 def readings(measurement: Measurement) -> Iterator[Reading]:
@@ -254,7 +274,7 @@ def double_readings(measurement: Measurement) -> Iterator[Reading]:
     if not measurement.is_amplitude:
         lag = _lag(measurement)
         for other in _in_other_units(lag.measurement):
-            yield Reading(lag.given + other.given, lag.remedies + other.remedies, other.measurement)
+            yield Reading(lag.given + other.given, lag.remedies + other.remedies, other.measurement, other.factor)
 
 
 def _lag(measurement: Measurement) -> Reading:
@@ -299,6 +319,7 @@ def _in_other_units(measurement: Measurement) -> Iterator[Reading]:
             (f"{given} (× {factor:.4g})",),
             ("multiply amplitude_um_0pk and sigma_um by that, unless it is the model's unbalance that is wrong",),
             dataclasses.replace(measurement, values=factor * measurement.values),
+            factor,
         )
     for given, factor in SPEEDS.items():
         yield Reading(

@@ -11,6 +11,8 @@ import pytest
 
 import ksmea
 from ksmea.errors import SettingError
+from ksmea.fits.fitting import Fit
+from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
@@ -166,6 +168,17 @@ def test_a_factor_that_the_unbalance_can_take_is_not_called_one():
     assert looked_at(problem(), doubled) == ()
 
 
+@pytest.mark.parametrize(("u", "factor", "is_taken"), [(2e-4, 2.0, True), (2e-4, 25.4, False), (5e-5, 2.0, False)])
+def test_only_an_unbalance_inside_its_limits_takes_a_factor(u, factor, is_taken):
+    """200 g mm of 50 to 500: twice as much is inside, 25.4 times is not; at its lower limit the data may ask for less."""
+    data = measured()
+    likelihood = likelihood_of(Case(aligned(problem(), data), data))
+    parameters = likelihood.case.problem.parameters
+    x = np.array([{**TRUTH, "u": u}[name] for name in parameters.names])
+    fit = Fit(likelihood, likelihood.at(likelihood.start(parameters.to_cube(x))))
+    assert module._is_taken_by_unbalance(fit, factor) is is_taken
+
+
 @pytest.mark.parametrize("kind", ["complex", "amplitude"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_of_right_data_nothing_is_said_even_if_it_is_asked(kind, seed):
@@ -179,7 +192,7 @@ def test_a_wrong_model_is_not_called_a_misreading(effect):
 
 
 def test_a_good_fit_is_not_looked_at(monkeypatch):
-    monkeypatch.setattr(module, "_fit", None)
+    monkeypatch.setattr(module, "_begun", None)
     assert ksmea.identify(problem(), measured(), **FAST).record.data.remarks == ()
     assert misreadings(Case(problem(), measured()), middle(problem()), None, rejected=True) == ()
 
