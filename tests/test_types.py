@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("mypy", reason="mypy reads the types; install the extra `test`")
+pytestmark = pytest.mark.xdist_group("mypy")  # one after the other: the second finds what the first has read
 ROOT = Path(__file__).parents[1]
 IGNORED = 0  # comments that keep mypy from a line; one more wants a reason
 WRONG = """\

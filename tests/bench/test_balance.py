@@ -84,6 +84,7 @@ def rig(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_the_campaign_of_the_rig(rig):
     """The campaign of the rig gives better weights than its owners and plain influence coefficients.
 

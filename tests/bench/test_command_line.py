@@ -149,7 +149,10 @@ SWEEPS = {
 }
 
 
-@pytest.mark.parametrize("key", SWEEPS)
+SOME = ("optimizer", "problem.mesh", "seed")  # a plugin, a setting of one, a plain value
+
+
+@pytest.mark.parametrize("key", [pytest.param(key, marks=[pytest.mark.slow] * (key not in SOME)) for key in SWEEPS])
 def test_a_list_is_a_sweep_with_a_column_of_its_own(key, enter):
     words = ["method.max_updates=1", "surrogate=none", "optimizer.population=5", "optimizer.generations=1", WITHOUT]
     if key == "method":

@@ -128,7 +128,12 @@ def with_sheet(folder):
     (folder / "sheet.yaml").write_text(content)
 
 
-@pytest.mark.parametrize("target", TARGETS)
+SLOW = ("machine_sheet", "campaign_runs")  # tables in another form
+
+
+@pytest.mark.parametrize(
+    "target", [pytest.param(target, marks=[pytest.mark.slow] * (target in SLOW)) for target in TARGETS]
+)
 def test_damaged_files_are_read_or_refused_in_one_visible_line(target, table3, tmp_path):
     file, slips, attempt = TARGETS[target]
     folder = Path(shutil.copytree(table3.output, tmp_path / "table3"))
@@ -138,7 +143,7 @@ def test_damaged_files_are_read_or_refused_in_one_visible_line(target, table3, t
     with_sheet(folder)
     examples = settings().max_examples
     if attempt is use_results:  # seven commands each
-        examples //= 2
+        examples //= 4
 
     @settings(max_examples=examples)
     @given(damaged((folder / file).read_bytes(), slips))

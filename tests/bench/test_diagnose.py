@@ -204,6 +204,7 @@ def test_bad_input_is_one_line(enter, words, said):
 
 
 @pytest.mark.skipif(not RK4_RUN_UP.is_file(), reason=f"{RK4_RUN_UP} is not here: public data that are not committed")
+@pytest.mark.slow
 def test_a_real_sweep_through_a_critical_speed_is_no_steady_response(enter, tmp_path):
     """It beats behind the critical, which no effect on a steady rotor explains: without a sweep the answer is 'unknown'."""
     with RK4_RUN_UP.open() as file:

@@ -9,7 +9,7 @@ from mutated_experiments import HEALTHY, mutated
 
 HEAD = "# @package _global_\n"
 PLAN = ["--config-dir", "conf", "+experiment=mine", "table=settings", "repetitions=0", "output=planned"]
-N_MUTATED = int(os.environ.get("KSMEA_MUTATED", "250"))
+N_MUTATED = int(os.environ.get("KSMEA_MUTATED", "75"))
 
 WRONG = {  # what the file holds, and what the line says behind the file's name
     "name: mine\nname: other": " line 3: expected YAML, got the key 'name' a second time",

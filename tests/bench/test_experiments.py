@@ -33,8 +33,11 @@ REPETITIONS |= {"diagnosis_power": 2, "diagnosis_pairs": 2, "diagnosis_without":
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={EXAMPLES / 'run_up.csv'}"],
-    "contest": ["problem.instance=0"],  # others are alike
-    "diagnosis_power": ["measurement.hidden=[runout]"],  # so are other effects, which are drawn more slowly: 1000 cells
+    "contest": ["problem.family=one_disk", "problem.instance=0"],  # others are alike
+    "diagnosis_power": [
+        "measurement.hidden=[runout]",
+        "label=complex",
+    ],  # so are other effects, which are drawn more slowly: 1000 cells
     "diagnosis_effects": ["measurement.hidden=[runout]"],
     "diagnosis_nulls_drawn": ["problem.family=overhung", "problem.instance=0"],
     "diagnosis_effects_drawn": ["problem.family=overhung", "problem.instance=0", "measurement.hidden=[runout]"],
@@ -116,6 +119,7 @@ def test_table2_is_without_noise_and_shows_raw_amplitudes_too(plan_of):
     assert {_chosen(cell.settings, "method.max_updates") for cell in plan.cells} == {15}
 
 
+@pytest.mark.slow
 def test_every_effect_is_hidden_in_drawn_machines_of_its_own(plan_of):
     """The kind with places for all: 32 of the 308 runs, two machines for the effects that other kinds have no place for."""
     words = "diagnosis_effects_drawn", "problem.family=long", "label=drop 1000"

@@ -71,7 +71,10 @@ def assert_unharmed(kind, together, alone):
         assert line["parameters"] == expected["parameters"] and line["misfit"] == expected["misfit"]
 
 
-@pytest.mark.parametrize("kind", COMMANDS)
+SLOW = [kind for kind in COMMANDS if kind != "optimizer"]  # which may do all of it
+
+
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=[pytest.mark.slow] * (kind in SLOW)) for kind in COMMANDS])
 def test_whatever_it_does_while_it_runs(kind, apart, alone, tmp_path):
     doing = {name: WHILE_IT_RUNS[name] for name in DONE[kind]}
     plugins = {
@@ -97,7 +100,7 @@ def processes():
             continue
 
 
-@pytest.mark.parametrize("kind", ["optimizer", "measurement"])
+@pytest.mark.parametrize("kind", ["optimizer", pytest.param("measurement", marks=pytest.mark.slow)])
 def test_whatever_it_does_while_it_is_imported(kind, apart, alone, tmp_path):
     texts = {f"bad{n}": source(kind, at_import=each, name=f"Bad{n}") for n, (each, _) in enumerate(AT_IMPORT.values())}
     ended, together = run(apart, tmp_path, kind, texts)

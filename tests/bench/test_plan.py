@@ -126,9 +126,10 @@ def settings_of_every_plugin(groups, study):
 OF_DATA = ("problem", "measurement", "study")
 
 
-@pytest.mark.parametrize(
-    ("study", "groups"), [("identify", registry.GROUPS), ("identifiability", OF_DATA), ("plan", OF_DATA)]
-)
+OTHERS = [pytest.param(study, OF_DATA, marks=pytest.mark.slow) for study in ("identifiability", "plan")]
+
+
+@pytest.mark.parametrize(("study", "groups"), [("identify", registry.GROUPS), *OTHERS])
 def test_the_key_changes_with_every_setting_of_every_plugin(study, groups, compose):
     noisy = {} if study == "identify" else {"measurement.floor": 0.5}  # which the others cannot do without
     blocks = [noisy]

@@ -171,6 +171,7 @@ print("ended", code)
 """
 
 
+@pytest.mark.slow  # tests/bench/test_from_python.py has one that calls an experiment
 def test_a_script_without_a_main_guard_is_not_begun_again_by_the_workers(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
     done = subprocess.run(

@@ -4,12 +4,15 @@ import re
 import shlex
 from pathlib import Path
 
+import pytest
+
 from shown_output import require_shown
 
 TUTORIAL = (Path(__file__).parents[2] / "docs" / "tutorial.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```(\w*)\n(.*?)```", TUTORIAL, re.DOTALL)
 
 
+@pytest.mark.slow  # tests/docs/test_quick_start.py has a shorter page
 def test_it_shows_what_its_commands_print(enter, capsys):
     """Three commands, each followed by what it prints."""
     done = []

@@ -66,7 +66,7 @@ def test_weights_follow_the_deviance_and_charge_two_for_each_unknown():
 
 def heavier_or_softer(seed):
     """A rotor, data of a heavier one through one plane of probes, and effects of which two explain them alike."""
-    fine, rotor = (ThreeDisk(mesh=mesh, sensors=[0.1], n_speed=30).build().with_phase_origin() for mesh in (26, 13))
+    fine, rotor = (ThreeDisk(mesh=mesh, sensors=[0.1], n_speed=20).build().with_phase_origin() for mesh in (26, 13))
     heavier = registered_effects()["mass"].added_to(fine)
     x = np.array([*(TRUTH[name] for name in fine.parameters.names), 0.03])
     data = observe(heavier.dense_response(x[None])[0], "complex", Noise(0.05, 1e-7), np.random.default_rng(seed))
@@ -107,7 +107,7 @@ def diagnosed(seed, **options):
 
 
 @pytest.mark.xdist_group("heavier or softer")
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(seed):
     """Mass or Young's modulus: one plane of probes cannot tell. Noise decides which is best, so that its intervals alone miss the
     stiffness in about half of all draws, by many of their widths. 95 % intervals of three unknowns are widened to twice

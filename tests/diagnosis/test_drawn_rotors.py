@@ -92,6 +92,7 @@ def test_a_bearing_that_is_softer_and_damps_more_is_named_with_what_is_known_of_
     assert after["u"].low < 200 < after["u"].high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "others"),
     [

@@ -54,7 +54,7 @@ def rubbing(position, kind="complex", harmonics=()):
     )
 
 
-@pytest.mark.parametrize("position", [0.16, 0.4])
+@pytest.mark.parametrize("position", [0.16, pytest.param(0.4, marks=pytest.mark.slow)])
 def test_a_law_is_near_its_coefficients_before_any_fit(position):
     """The unbalance at the place does not show beside a free force there, nor where phases begin if the weight is at it too: they are
     found together with the law. The shaft leaves the clearance by so little that its contact stiffness shows in few data."""
@@ -115,6 +115,7 @@ def test_a_fit_starts_where_the_law_explains_the_data():
     )
 
 
+@pytest.mark.slow  # a rub is found from its force in the tests above
 def test_a_hard_stop_whose_force_has_much_3x_is_found_in_a_run_up_and_one_down():
     """By 1X alone the law would fit this stop nowhere: the true values left a deviance 1700 higher."""
     layout = Synthetic(floor=0.1, phase_known=False, runs=["bare", "bare"], directions=["up", "down"]).layout(SETTINGS)
@@ -129,6 +130,7 @@ def test_a_hard_stop_whose_force_has_much_3x_is_found_in_a_run_up_and_one_down()
     assert extended.parameters.to_si(points[0])[-3:] == pytest.approx(x[-3:], rel=0.05)  # 5 % noise of 192 complex data
 
 
+@pytest.mark.slow
 def test_a_rub_moves_3x_and_explains_no_2x():
     """Forces alike in opposite directions have odd harmonics: 2X stays as it is. A stop may move 3X even if it is not touched as
     fitted."""

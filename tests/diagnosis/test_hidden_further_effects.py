@@ -26,7 +26,7 @@ def library(name):
     [
         ("annular_seal", 2),
         ("coupling_misalignment", 1),
-        ("foundation_resonance", 2),
+        pytest.param("foundation_resonance", 2, marks=pytest.mark.slow),
         ("short_journal_bearing", 2),
         ("skewed_disk", 2),
         ("thermal_bow", 1),

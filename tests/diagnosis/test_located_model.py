@@ -40,7 +40,7 @@ def measured(rotor, seed):
     return Measurement(FINE.speed, FINE.channels, values, None, "test")
 
 
-@pytest.fixture(scope="module", params=HIDDEN)
+@pytest.fixture(scope="module", params=["unbalance", pytest.param("mass", marks=pytest.mark.slow)])
 def found(request):
     rotor, true = HIDDEN[request.param]
     result = ksmea.locate(PROBLEM, measured(rotor, 1), positions=[0.2, 0.6, 1.0], kinds=["force"])

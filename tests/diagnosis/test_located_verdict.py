@@ -20,7 +20,7 @@ from ksmea.studies.diagnosis_remarks import disagreements
 from ksmea.studies.library import library
 from tests.diagnosis.conftest import TRUTH, registered_effects
 
-OPTIONS = DiagnosisOptions(screening=1024, starts=6)
+OPTIONS = DiagnosisOptions(screening=512, starts=4, scan=64, scan_values=8, effect_starts=3)
 
 
 @pytest.fixture(scope="module")

@@ -52,7 +52,14 @@ HIDDEN = {
 }
 
 
-@pytest.mark.parametrize("key", HIDDEN)
+@pytest.mark.parametrize(
+    "key",
+    [
+        "cubic_spring",
+        "rotating_asymmetry",
+        *(pytest.param(key, marks=pytest.mark.slow) for key in ("rub", "spring_above_an_amplitude")),
+    ],
+)
 def test_the_law_that_acts_is_found_with_its_size(key):
     force_at, sizes = HIDDEN[key]
     response = balanced_response(ROTOR, SPEED, FINE.channels, POSITION, force_at)

@@ -59,7 +59,7 @@ def test_runs_without_repeats_are_the_repeats():
 
 
 @pytest.mark.parametrize("kind", ["amplitude", "complex"])
-@pytest.mark.parametrize("own_noise", [False, True])
+@pytest.mark.parametrize("own_noise", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_runs_that_are_alike_are_rarely_said_to_differ(kind, own_noise):
     """At p < 0.05 in 5 % of draws: of 400, 20 ± 4.4; the noise is estimated, from two repeats of each."""
     rng = np.random.default_rng(7)

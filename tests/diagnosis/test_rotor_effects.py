@@ -18,7 +18,7 @@ LEAST = 30  # of the deviance drop, of effects of one unknown: less may look lik
 @pytest.mark.parametrize(
     ("name", "seed", "step"),
     [
-        ("added_mass", 1, 2),
+        pytest.param("added_mass", 1, 2, marks=pytest.mark.slow),  # as in tests/diagnosis/test_diagnosis.py
         ("axial_force", 1, 1),
         ("external_damping", 1, 2),
         ("hub_stiffening", 1, 2),

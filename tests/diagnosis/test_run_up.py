@@ -44,7 +44,9 @@ def diagnosed(rate, seed):
     return diagnose(Case(problem, measurement), effects, Search(np.random.default_rng(seed), LITTLE))
 
 
-@pytest.mark.parametrize(("rate", "direction", "seed"), [(24.0, "run-up", 0), (-15.0, "coast-down", 1)])
+@pytest.mark.parametrize(
+    ("rate", "direction", "seed"), [(24.0, "run-up", 0), pytest.param(-15.0, "coast-down", 1, marks=pytest.mark.slow)]
+)
 def test_a_sweep_is_named_with_its_rate(rate, direction, seed):
     """Within the 95 % interval widened to twice its half-width: 99.99 %."""
     found = diagnosed(rate, seed)
@@ -91,6 +93,7 @@ def test_a_rate_known_by_times_is_compared_with_another_effect_as_one_without_ti
 
 
 @pytest.mark.xdist_group("runs up and down")
+@pytest.mark.slow
 @pytest.mark.parametrize("timed", [True, False])
 def test_runs_up_and_down_have_rates_of_their_own(timed):
     """Both rates in their intervals widened to twice, 99.99 %; coefficients no less certain than from as many steady speeds, where

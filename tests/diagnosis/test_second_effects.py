@@ -65,6 +65,7 @@ def measured(fine, effects, values, seed):
     return Measurement(fine.speed, fine.channels, data, None, "test")
 
 
+@pytest.mark.slow
 def test_a_runout_behind_a_large_slope_of_the_stiffness_is_named_too(rotor, fine):
     """Alone it is not even among the effects that are significant: what the slope leaves is a hundred times as large."""
     effects = [located(fine, "speed_dependent_stiffness"), located(fine, "runout", 1)]
@@ -86,8 +87,8 @@ def test_a_runout_behind_a_large_slope_of_the_stiffness_is_named_too(rotor, fine
     ("name", "places", "values"),
     [
         ("runout", (0, 2), [1e-6, 0.0, 0.0, -1e-6]),
-        ("channel_gain", (0, 5), [0.12, -0.1]),
-        ("unbalance", (0, 1), [3e-5, 0.0, 0.0, 3e-5]),
+        pytest.param("channel_gain", (0, 5), [0.12, -0.1], marks=pytest.mark.slow),
+        pytest.param("unbalance", (0, 1), [3e-5, 0.0, 0.0, 3e-5], marks=pytest.mark.slow),
     ],
 )
 def test_one_effect_at_two_places_is_named_twice(rotor, fine, name, places, values):

@@ -22,7 +22,7 @@ HIDDEN = {  # settings and values of the unknowns, SI
 }
 
 
-@pytest.mark.parametrize("name", HIDDEN)
+@pytest.mark.parametrize("name", ["bearing_mass", pytest.param("spring_mass", marks=pytest.mark.slow)])
 def test_it_is_named_with_its_sizes(tmp_path, name):
     given, sizes = HIDDEN[name]
     settings = pump(tmp_path)

@@ -85,7 +85,10 @@ def test_effects_on_a_real_run_up_end_at_the_best_maximum_of_their_neighbours():
 @pytest.mark.skipif(not RUN_UP.is_file(), reason=f"{RUN_UP} is not here: public data that are not committed")
 @pytest.mark.parametrize(
     ("layout", "position", "drop", "rate"),
-    [("beam_model", 0.12, 189.9, 167.2), ("bearing_centres_560", 0.08, 146.4, 217.5)],
+    [
+        ("beam_model", 0.12, 189.9, 167.2),
+        pytest.param("bearing_centres_560", 0.08, 146.4, 217.5, marks=pytest.mark.slow),
+    ],
 )
 def test_the_best_sweep_of_a_real_run_up_is_found_from_any_screening(layout, position, drop, rate):
     """The maxima of docs/rk4.md, with a quarter of the points and another scrambling. Fits of trials end some tenths of a standard error,

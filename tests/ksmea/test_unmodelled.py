@@ -37,6 +37,7 @@ def test_beside_the_force_at_its_place_the_stiffnesses_are_true(rotor, data):
     assert "beside it" in str(result)
 
 
+@pytest.mark.slow
 def test_a_force_elsewhere_is_rejected_and_no_value_stands_beside_it(rotor, data):
     elsewhere = {0.2: 1.1, 1.0: 0.1}[at(data)]
     result = ksmea.identify(rotor, data, unmodelled=elsewhere, **FAST)
