@@ -1,9 +1,9 @@
 """Misread data (lag given as lead, probes swapped, other units): the reading that fits far better.
 
-If the fit is bad, the model is fitted to each reading, cheaply and with the noise estimated as well. The deviances of
-readings can be compared as they are: to conjugate, to turn by 180° and to swap leave every |y| unchanged, and other speeds
-change the model alone. A factor c on n real data changes their density by its Jacobian, ln L(y) = ln L(c y) + n ln c: with
-the noise unknown the deviance is relative to s₀ = |y| and has that term already.
+If the fit is bad, the model is fitted to each reading that could fit better, cheaply, the noise estimated; the best go on.
+Deviances of readings can be compared as they are: to conjugate, to turn by 180° and to swap leave every |y| unchanged, and
+other speeds change the model alone. A factor c on n real data changes their density by its Jacobian, ln L(y) = ln L(c y) +
+n ln c: with the noise unknown the deviance is relative to s₀ = |y| and has that term already.
 
 Another remark is made if no critical speed lies near the measured band. No data are rejected: odd machines exist.
 """
@@ -101,24 +101,24 @@ def _better(problem: Problem, ways: Iterable[Reading], as_read: Fit) -> list[tup
     margin = max(DECISIVE, -2 * np.log(NOISE_RATIO) * as_read.likelihood.n_residual)
     other = (reading for reading in ways if not _is_taken_by_unbalance(as_read, reading.factor))
     begun = [(reading, fit) for reading in other if (fit := _begun(problem, reading.measurement)) is not None]
-    longer = [(reading, _continued(fit)) for reading, fit in _best(begun, CONTINUED)]
-    last = [each for each in _best(longer, SURVIVORS) if each[1].deviance < as_read.deviance - NEAR]
+    longer = [(reading, _continued(fit)) for reading, fit in sorted(begun, key=_deviance)[:CONTINUED]]
+    last = [each for each in sorted(longer, key=_deviance)[:SURVIVORS] if each[1].deviance < as_read.deviance - NEAR]
     found = [(reading, _continued(fit, MAX_ITERATIONS)) for reading, fit in last]
     limit = min([as_read.deviance - margin, *(fit.deviance + NEAR for _, fit in found)])
     return [(reading, fit) for reading, fit in found if fit.deviance <= limit and _share_left(fit) <= PLAUSIBLE]
 
 
-def _best(fitted: Iterable[tuple[Reading, Fit]], n: int) -> list[tuple[Reading, Fit]]:
-    return sorted(fitted, key=lambda each: each[1].deviance)[:n]
+def _deviance(fitted: tuple[Reading, Fit]) -> float:
+    return fitted[1].deviance
 
 
 def _is_taken_by_unbalance(fit: Fit, factor: float) -> bool:
-    """Whether all amplitudes times a factor are those of the unbalance times it: no fit can tell.
+    """Whether all amplitudes times a factor are those of the unbalance times it, so that no fit can tell.
 
-    It is inside its limits, so that no other value would fit better, and stays there.
+    The unbalance lies inside its limits, where no other value would fit better, before and after.
     """
     parameters = fit.problem.parameters
-    own = np.array([each.is_unbalance for each in parameters])
+    own = np.array([each.is_unbalance and each.prior is None for each in parameters])
     scaled = fit.x * np.where(own, factor, 1.0)
     inside = (np.abs(parameters.to_cube(x)[own] - 0.5) < 0.5 - AT_LIMIT for x in (fit.x, scaled))
     if factor == 1.0 or not all(map(np.all, inside)):
@@ -141,7 +141,11 @@ def _begun(problem: Problem, measurement: Measurement) -> Fit | None:
 
 
 def _continued(fit: Fit, iterations: int = ITERATIONS) -> Fit:
-    return Fit(fit.likelihood, _climbed(fit.likelihood, fit.point.theta, iterations))
+    """The fit after further iterations; itself where these fail."""
+    try:
+        return Fit(fit.likelihood, _climbed(fit.likelihood, fit.point.theta, iterations))
+    except (SettingError, ArithmeticError, np.linalg.LinAlgError):
+        return fit
 
 
 def _climbed(likelihood: Likelihood, theta: Array, iterations: int = MAX_ITERATIONS) -> Point:
@@ -199,7 +203,6 @@ SPEEDS = {
     "speeds are in rpm where rad/s are expected": RPM,
 }
 
-
 NEAR_FACTOR = 0.03  # by which a fitted gain may differ from the factor of another unit
 
 
@@ -217,7 +220,7 @@ def unit_of_gain(gain: float) -> str:
 class Reading:
     """Data read in another way: how they were given, the cure for each, and the data.
 
-    They differ in one respect or two. `factor` is that of all amplitudes.
+    They differ in one respect or two. `factor` is that of all amplitudes where nothing else differs.
     """
 
     given: tuple[str, ...]
@@ -274,7 +277,7 @@ def double_readings(measurement: Measurement) -> Iterator[Reading]:
     if not measurement.is_amplitude:
         lag = _lag(measurement)
         for other in _in_other_units(lag.measurement):
-            yield Reading(lag.given + other.given, lag.remedies + other.remedies, other.measurement, other.factor)
+            yield Reading(lag.given + other.given, lag.remedies + other.remedies, other.measurement)
 
 
 def _lag(measurement: Measurement) -> Reading:

@@ -94,6 +94,11 @@ GIVEN = {  # what is done to the data, the problem's settings, and what must be 
     "halved": (with_values(lambda y: y / 2), UNBALANCE_KNOWN, ["halved though they were 0-peak (× 2)"]),
     "rms": (with_values(lambda y: y / np.sqrt(2)), UNBALANCE_KNOWN, ["rms where 0-peak is expected (× 1.414)"]),
     "from rms": (with_values(lambda y: y * np.sqrt(2)), UNBALANCE_KNOWN, ["converted from rms though", "(× 0.7071)"]),
+    "lag, peak to peak": (
+        with_values(lambda y: 2 * np.conj(y)),
+        UNBALANCE_KNOWN,
+        [LAG, "peak to peak where 0-peak is expected (× 0.5)"],
+    ),
     "Hz as rpm": (with_speed(1 / 60), {}, ["speeds are in Hz where rpm are expected (× 60)", "multiply speed_rpm"]),
     "rad/s as rpm": (with_speed(np.pi / 30), {}, ["speeds are in rad/s where rpm are expected (× 9.549)"]),
     "Hz as rad/s": (with_speed(1 / (2 * np.pi)), {}, ["speeds are in Hz where rad/s are expected (× 6.283)"]),
