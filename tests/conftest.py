@@ -31,7 +31,8 @@ def heeds_sigint():
 @pytest.hookimpl(optionalhook=True)  # of xdist
 def pytest_xdist_auto_num_workers():
     """One worker more than cores: tests that wait, for a cluster or a deadline, leave their core to another."""
-    return len(os.sched_getaffinity(0)) + 1
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return cores + 1
 
 
 def pytest_sessionstart(session):

@@ -130,6 +130,7 @@ AT_IMPORT = {  # what it does while it is imported, and what the reason says if 
 IN_SETTINGS = {  # what its settings are, and what the reason says
     "check raises": ("def check(self): raise ZeroDivisionError('no')", "got ZeroDivisionError: no"),
     "check exits": ("def check(self): sys.exit(2)", "got SystemExit: 2"),
+    "check ends the process": ("def check(self): os._exit(3)", "ended the process by exit code 3"),
     "is called name": ("name: str = setting('x', 'a name')", "expected another name of a setting than 'name'"),
     "is called check": ("check: str = setting('x', 'a name')", "expected another name of a setting than 'check'"),
     "has no type": ("size: 'Unknown' = setting(1, 'a size')", "expected types of its settings that can be resolved"),
