@@ -257,7 +257,8 @@ class LocationResult(Result[LocationRecord]):
 
     Args:
         record: all numbers, SI unless their documentation states another unit.
-        extended_yaml: file of the model with the law that holds, which `load_problem` takes; empty if none does.
+        extended_yaml: file of the model with the law that holds, which `load_problem` takes; empty if none
+            does, and if the cause is spread over the shaft.
     """
 
     extended_yaml: str = ""

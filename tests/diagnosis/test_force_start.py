@@ -130,7 +130,6 @@ def test_a_hard_stop_whose_force_has_much_3x_is_found_in_a_run_up_and_one_down()
     assert extended.parameters.to_si(points[0])[-3:] == pytest.approx(x[-3:], rel=0.05)  # 5 % noise of 192 complex data
 
 
-@pytest.mark.slow
 def test_a_rub_moves_3x_and_explains_no_2x():
     """Forces alike in opposite directions have odd harmonics: 2X stays as it is. A stop may move 3X even if it is not touched as
     fitted."""

@@ -29,7 +29,6 @@ def data_of(rotor, hidden):
     return ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=hidden, rng=3, noise_known=False)
 
 
-@pytest.mark.slow
 def test_a_diagnosis_is_the_same_to_the_last_digit(rotor, forks):
     data = data_of(rotor, ["residual_bow", "timing_delay"])  # so that pairs are scanned
     effects = ["residual_bow", "timing_delay", "runout"]

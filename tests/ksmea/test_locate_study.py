@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from bench.plan.page import Drawn, Folded
 from bench.reports.diagnosis.location_page import location_blocks
 from ksmea.errors import SettingError
+from ksmea.extended_model import located_yaml
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
@@ -191,6 +192,11 @@ def test_a_spread_cause_is_shown_without_a_force_at_its_best_site(record):
     assert "If it acts at one place alone:\nAt 1 m (disk 3)" in said
     assert len(plot(record).axes) > len(plot(everywhere(record)).axes) == 2
     assert [type(each) for each in page] == [Drawn, Folded] and len([*location_blocks(record)]) == 3
+
+
+def test_an_extended_model_is_written_only_for_a_cause_at_a_place(record):
+    assert "local_force" in located_yaml("three_disk", {}, record, ())
+    assert not located_yaml("three_disk", {}, everywhere(record), ())
 
 
 def accepted_at(record, **positions):

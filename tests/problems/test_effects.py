@@ -205,7 +205,7 @@ REFUSED.append({"spring_mass", "run_up_acceleration"})
 PAIRS = [pair for pair in itertools.combinations(NAMES, 2) if {*pair} not in REFUSED]
 
 
-# each effect beside some others of each kind; the slow ones are all others
+# every sixth pair, in which each effect occurs
 SOME = [pair if n % 6 == 0 else pytest.param(pair, marks=pytest.mark.slow) for n, pair in enumerate(PAIRS)]
 
 

@@ -1,6 +1,6 @@
 """Half-widths of the intervals with other data.
 
-There is a panel per variation, a line per unknown.
+There is a panel per variation, a line per unknown, or a row of symbols for each value that has a name.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ HEADINGS = {
     "kind": "kind of data",
     "numbers": "number that is exact",
 }
-LEAST_PCT, MOST_PCT = 1e-3, 1e4  # what lies beyond stands at the upper edge as an arrow
+LEAST_PCT, MOST_PCT = 1e-3, 1e4  # what lies beyond is an arrow at the edge
 
 
 def identifiability_chart(record: IdentifiabilityRecord, title: str = "") -> Chart:

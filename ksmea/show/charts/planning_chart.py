@@ -1,6 +1,6 @@
 """Gain of each candidate of a plan by itself, the chosen ones marked.
 
-A panel per family, over speed or position.
+A panel per family, over speed or position, or with a row for each number of the file.
 """
 
 from __future__ import annotations
@@ -92,8 +92,9 @@ def _over_place(record: PlanningRecord, family: Family, shown: Array, title: str
 
 def _of_numbers(record: PlanningRecord, family: Family, shown: Array, title: str) -> Panel:
     """A row for each of the best numbers and of the chosen ones, the best one first."""
-    order = np.argsort(shown if _is_unknown(record) else -shown, kind="stable")
-    drawn = [index for rank, index in enumerate(order) if rank < MOST_NUMBERS or index in family.chosen]
+    order = [int(index) for index in np.argsort(shown if _is_unknown(record) else -shown, kind="stable")]
+    best = [index for index in order if np.isfinite(shown[index])][:MOST_NUMBERS]
+    drawn = [index for index in order if index in best or index in family.chosen]
     words = [(family.candidates.number or ())[index] for index in drawn]
     row, size = np.arange(len(drawn), dtype=float), shown[drawn]
     chosen = np.isin(drawn, family.chosen)
@@ -107,7 +108,7 @@ def _of_numbers(record: PlanningRecord, family: Family, shown: Array, title: str
     rows = Axis(
         low=-0.6, high=len(drawn) - 0.4, ticks={float(at): word for at, word in enumerate(words)}, is_reversed=True
     )
-    return Panel(elements, _gain(record, family, shown), rows, title, max(HEIGHT, ROW * len(drawn) + 0.8))
+    return Panel(elements, _gain(record, family, shown), rows, title or EXACT, max(HEIGHT, ROW * len(drawn) + 0.8))
 
 
 def _without_plan(record: PlanningRecord, family: Family, along: Along) -> list[Element]:
