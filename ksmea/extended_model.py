@@ -32,7 +32,7 @@ def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecor
 def located_yaml(name: str, settings: Mapping[str, Any], record: LocationRecord, remarks: Sequence[str]) -> str:
     """YAML file of the model with the located force.
 
-    Empty if no law holds at its site, and if the cause is spread over the shaft, where a law at one site is none of it.
+    Empty if no law holds at its site, and if the cause is spread over the shaft: a law at one site cannot be its model.
 
     `remarks` are as in `extended_yaml` (`ksmea.show.location_text.about_extension`).
     """

@@ -31,8 +31,9 @@ def heeds_sigint():
 @pytest.hookimpl(optionalhook=True)  # of xdist
 def pytest_xdist_auto_num_workers():
     """One worker more than cores: tests that wait, for a cluster or a deadline, leave their core to another."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return cores + 1
+    from ksmea.numerics.parallel import available_cores  # after the threads of BLAS are set
+
+    return available_cores() + 1
 
 
 def pytest_sessionstart(session):

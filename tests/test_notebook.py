@@ -26,10 +26,7 @@ def test_it_is_short(notebook):
     assert "__main__" not in "".join(lines)
 
 
-# `.ci/run` executes its lines, too, from the wheel; these tests compare what the notebook shows
-executes = pytest.mark.slow
-
-
+# tests that take this fixture are slow; `.ci/run` executes the notebook's lines from the wheel
 @pytest.fixture(scope="module")
 def executed(tmp_path_factory):
     nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed")
@@ -45,7 +42,7 @@ def printed(cell):
     return "".join(output.get("text", "") for output in cell.outputs if output.get("name") == "stdout")
 
 
-@executes
+@pytest.mark.slow
 def test_it_runs_and_finds_what_is_hidden(executed):
     texts = [printed(cell) for cell in code(executed)]
     assert any("Verdict: named – unequal_bearings (stiffness of bearing 2)" in text for text in texts)
@@ -54,7 +51,7 @@ def test_it_runs_and_finds_what_is_hidden(executed):
     assert all(output.output_type != "error" for cell in code(executed) for output in cell.outputs)
 
 
-@executes
+@pytest.mark.slow
 def test_figures_and_tables_are_shown(executed):
     output_types = {
         output_type for cell in code(executed) for output in cell.outputs for output_type in output.get("data", {})
@@ -62,7 +59,7 @@ def test_figures_and_tables_are_shown(executed):
     assert {"image/png", "text/html"} <= output_types
 
 
-@executes
+@pytest.mark.slow
 def test_what_it_shows_in_the_repository_is_what_it_does(notebook, executed):
     """Words are equal, and numbers to 2 %.
 

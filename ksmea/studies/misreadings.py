@@ -56,7 +56,7 @@ class Misread:
 
     @property
     def best(self) -> tuple[Reading, Fit]:
-        return min(self.found, key=lambda each: each[1].deviance)
+        return min(self.found, key=_deviance)
 
     def __str__(self) -> str:
         return _text(self.found, self.as_read)
@@ -113,9 +113,9 @@ def _deviance(fitted: tuple[Reading, Fit]) -> float:
 
 
 def _is_taken_by_unbalance(fit: Fit, factor: float) -> bool:
-    """Whether all amplitudes times a factor are those of the unbalance times it, so that no fit can tell.
+    """Whether a factor of all amplitudes equals a factor of the unbalance, so that no fit can tell.
 
-    The unbalance lies inside its limits, where no other value would fit better, before and after.
+    The unbalance lies inside its limits before and after, so that limits do not keep it from a better value.
     """
     parameters = fit.problem.parameters
     own = np.array([each.is_unbalance and each.prior is None for each in parameters])
@@ -128,7 +128,7 @@ def _is_taken_by_unbalance(fit: Fit, factor: float) -> bool:
 
 
 def _begun(problem: Problem, measurement: Measurement) -> Fit | None:
-    """The problem fitted to data by a few iterations from a few starts; None where it cannot be."""
+    """The problem fitted to data by a few iterations from a few starts; None if that fails."""
     try:
         case = Case.of(problem, measurement)
         likelihood = likelihood_of(case)
@@ -141,7 +141,7 @@ def _begun(problem: Problem, measurement: Measurement) -> Fit | None:
 
 
 def _continued(fit: Fit, iterations: int = ITERATIONS) -> Fit:
-    """The fit after further iterations; itself where these fail."""
+    """The fit after further iterations; unchanged if these fail."""
     try:
         return Fit(fit.likelihood, _climbed(fit.likelihood, fit.point.theta, iterations))
     except (SettingError, ArithmeticError, np.linalg.LinAlgError):
@@ -220,7 +220,7 @@ def unit_of_gain(gain: float) -> str:
 class Reading:
     """Data read in another way: how they were given, the cure for each, and the data.
 
-    They differ in one respect or two. `factor` is that of all amplitudes where nothing else differs.
+    They differ in one respect or two. `factor` multiplies all amplitudes if nothing else differs.
     """
 
     given: tuple[str, ...]

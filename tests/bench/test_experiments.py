@@ -34,10 +34,8 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={EXAMPLES / 'run_up.csv'}"],
     "contest": ["problem.family=one_disk", "problem.instance=0"],  # others are alike
-    "diagnosis_power": [
-        "measurement.hidden=[runout]",
-        "label=complex",
-    ],  # so are other effects, which are drawn more slowly: 1000 cells
+    # other effects and kinds of data are alike, too, and drawn more slowly: 1000 cells
+    "diagnosis_power": ["measurement.hidden=[runout]", "label=complex"],
     "diagnosis_effects": ["measurement.hidden=[runout]"],
     "diagnosis_nulls_drawn": ["problem.family=overhung", "problem.instance=0"],
     "diagnosis_effects_drawn": ["problem.family=overhung", "problem.instance=0", "measurement.hidden=[runout]"],
