@@ -7,7 +7,7 @@ import pandas as pd
 
 from benchmarks.harness.report import number, title_of
 from benchmarks.harness.table import PART
-from ksmea.show.charts.chart import Axis, Chart, Element, Level, Panel, Points, Words
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Panel, Points, Words, named_rows
 from ksmea.show.charts.colours import MODEL, PAPER, REFERENCE
 
 ROW_HEIGHT, WIDTH = 0.24, 11.0  # inches
@@ -38,8 +38,7 @@ def _panel(group: str, rows: pd.DataFrame, low: float, high: float) -> Panel:
         Words(x=end, y=place, text=number(value), size=7, offset=(6, 0), side="left")
         for value, end, place in zip(ratio, third, at)
     ]
-    names = {float(place): _name(line) for place, (_, line) in zip(at, rows.iterrows())}
-    y = Axis(low=-0.7, high=len(rows) - 0.3, ticks=names, is_reversed=True)
+    y = named_rows(_name(line) for _, line in rows.iterrows())
     return Panel(tuple(elements), Axis(LABEL, "log", low, high, group="ratio"), y, group, ROW_HEIGHT * (len(rows) + 1))
 
 

@@ -24,6 +24,7 @@ from ksmea.show.charts.chart import (
     Points,
     Span,
     Words,
+    named_rows,
     one_panel,
     stacked_bars,
 )
@@ -100,16 +101,6 @@ def calibration_chart(
     return Chart(_finding(title, names, errors), said, tuple(stacks), 2 if has_coverage else 1, 11.0, most=len(stacks))
 
 
-def _rows(names: Sequence[str], group: str = "") -> Axis:
-    return Axis(
-        low=-0.6,
-        high=len(names) - 0.4,
-        ticks={float(at): name for at, name in enumerate(names)},
-        is_reversed=True,
-        group=group,
-    )
-
-
 def _finding(title: str, names: Sequence[str], errors: Mapping[str, Sequence[Array]]) -> str:
     """The title with the cells of the least and the largest rms error over all unknowns."""
     found = {}
@@ -139,7 +130,7 @@ def _errors(name: str, names: Sequence[str], errors: Sequence[Array]) -> Panel:
     return Panel(
         tuple(elements),
         Axis("error / CRLB", low=-FAR, high=FAR, better="middle", group="error"),
-        _rows(names, name),
+        named_rows(names, name),
         name,
         MARGINS + ROW * len(names),
     )
@@ -158,7 +149,7 @@ def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float],
         )
     )
     x = Axis("intervals that hold the truth (%)", low=low, high=100.5, group="coverage")
-    return Panel(tuple(elements), x, _rows(names, name), f"{name}: coverage", MARGINS + ROW * len(names))
+    return Panel(tuple(elements), x, named_rows(names, name), f"{name}: coverage", MARGINS + ROW * len(names))
 
 
 def basins_chart(frame: pd.DataFrame, names: Sequence[str]) -> Chart:
@@ -166,6 +157,6 @@ def basins_chart(frame: pd.DataFrame, names: Sequence[str]) -> Chart:
     rows = frame.drop_duplicates("cell_name")
     at = [float(names.index(name)) for name in rows["cell_name"]]
     return one_panel(
-        stacked_bars(at, {said: (rows[column].fillna(0).to_numpy(float), colour) for column, (said, colour) in BASINS.items()}), Axis("runs (%)"), _rows(names),
+        stacked_bars(at, {said: (rows[column].fillna(0).to_numpy(float), colour) for column, (said, colour) in BASINS.items()}), Axis("runs (%)"), named_rows(names),
         "Basins", "In which basin of the likelihood the runs of each cell end.", height=MARGINS + ROW * len(names),
     )  # fmt: skip

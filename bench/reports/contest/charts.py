@@ -17,7 +17,7 @@ from bench.reports.contest.paired_tests import cliques
 from bench.reports.contest.scores import WORDS
 from bench.reports.contest.targets import Measure
 from ksmea.arrays import Array
-from ksmea.show.charts.chart import Axis, Band, Chart, Choice, Element, Level, Line, Panel, Points, Words
+from ksmea.show.charts.chart import Axis, Band, Chart, Choice, Element, Level, Line, Panel, Points, Words, named_rows
 from ksmea.show.charts.colours import CONTEXT, INTERVAL, PAPER, styles, symbol
 
 COST = "evaluations / unknowns"
@@ -42,9 +42,7 @@ def solved_chart(board: pd.DataFrame, pairs: pd.DataFrame, measure: Measure, tit
     """
     rows = board[board["family"] == "all"].reset_index(drop=True)
     at = np.arange(len(rows), dtype=float)
-    y = Axis(
-        low=-0.6, high=len(rows) - 0.4, ticks=dict(zip(at, _ranked(rows, measure))), is_reversed=True, group="method"
-    )  # fmt: skip
+    y = named_rows(_ranked(rows, measure), group="method")
     share, low, high = (100 * rows[f"{measure.name}_reached{end}"].to_numpy(float) for end in ("", "_low", "_high"))
     counts = [f"{part * runs / 100:.0f} of {runs:.0f}" for part, runs in zip(share, rows["runs"])]
     solved: list[Element] = [Points(share, at, left=low, right=high, said=counts)]
@@ -204,13 +202,9 @@ def ranks_chart(board: pd.DataFrame, pairs: pd.DataFrame) -> Chart:
             is_whole=True,
             better="low",
         )
-        y = Axis(
-            low=-0.6,
-            high=len(methods) - 0.4,
-            ticks={float(at): method for at, method in enumerate(methods)},
-            is_reversed=True,
+        stacks.append(
+            (Panel(tuple(elements), x_axis, named_rows(methods), fill(WORDS[name], TITLE), 0.3 + 0.3 * len(methods)),)
         )
-        stacks.append((Panel(tuple(elements), x_axis, y, fill(WORDS[name], TITLE), 0.3 + 0.3 * len(methods)),))
     apart = "green bars join methods that no test separates" if has_bars else "no test separates any two"
     said_of_all = f"Mean rank of each method over all instances with its 95 % interval; {apart}."
     return Chart("Mean ranks", said_of_all, tuple(stacks), len(stacks), 4.2 * len(stacks) + 0.5)

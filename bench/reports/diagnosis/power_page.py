@@ -17,7 +17,19 @@ from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Plan
 from bench.reports.diagnosis.power import DROP, EFFECT, SIZES, chance, detectable_drop
 from bench.reports.tables import interval
-from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Words, one_panel, stacked_bars
+from ksmea.show.charts.chart import (
+    Axis,
+    Chart,
+    Element,
+    Level,
+    Line,
+    Panel,
+    Points,
+    Words,
+    named_rows,
+    one_panel,
+    stacked_bars,
+)
 from ksmea.show.charts.colours import CONTEXT, PAPER, REFERENCE, category
 
 VERDICTS = ("adequate", "named", "ambiguous", "located", "unknown", "not observable")
@@ -58,9 +70,8 @@ def verdicts_chart(names: Sequence[str], frame: pd.DataFrame) -> Chart:
     at = np.arange(len(names), dtype=float)
     counts = {verdict: (frame[verdict].to_numpy(float), category(number)) for number, verdict in enumerate(VERDICTS)}
     bars = stacked_bars(at, {verdict: (sizes, colour) for verdict, (sizes, colour) in counts.items() if sizes.any()})
-    y = Axis(ticks=dict(zip(at, names)), low=-0.6, high=len(names) - 0.4, is_reversed=True)
     return one_panel(
-        bars, Axis("runs", is_whole=True), y, "Verdicts", "How often each verdict was reached in each cell.", height=ROW * (len(names) + 1),
+        bars, Axis("runs", is_whole=True), named_rows(names), "Verdicts", "How often each verdict was reached in each cell.", height=ROW * (len(names) + 1),
     )  # fmt: skip
 
 
@@ -135,9 +146,7 @@ def confusion_chart(shares: pd.DataFrame) -> Chart:
         )  # fmt: skip
         elements.append(other)
     elements += _wrong_names(wrong)
-    y = Axis(
-        "hidden", low=-0.6, high=len(own) - 0.4, ticks={float(at): _words(name) for at, name in enumerate(every)}, is_reversed=True,
-    )  # fmt: skip
+    y = named_rows(map(_words, every), "hidden")
     caption = (
         "Share of the clearly visible draws of each hidden effect whose reported set holds its own name, another name, or"
         f" none. Written: the other name most often reported, from {100 * SAID:g} % on; confusion.csv has all."

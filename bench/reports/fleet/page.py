@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
-from ksmea.show.charts.chart import Axis, Chart, Element, Panel, Points
+from ksmea.show.charts.chart import Axis, Chart, Element, Panel, Points, named_rows
 from ksmea.show.text import with_ends
 
 MOST_NAMED = 40  # machines whose names stand at their rows; of more, their number
@@ -40,9 +41,11 @@ def fleet_chart(values: pd.DataFrame) -> Chart:
     """
     files = list(dict.fromkeys(values["file"].astype(str)))
     is_named = len(files) <= MOST_NAMED
-    ticks = {float(at): each[-NAME:] for at, each in enumerate(files)} if is_named else None
-    label = "" if is_named else "machine, in the order of the table"
-    y = Axis(label, low=-0.6, high=len(files) - 0.4, ticks=ticks, is_reversed=True, group="machine")
+    y = named_rows(
+        [each[-NAME:] for each in files], "" if is_named else "machine, in the order of the table", "machine"
+    )
+    if not is_named:
+        y = replace(y, ticks=None)
     unknowns = values.drop_duplicates(["name", "unit"])[["name", "unit"]].itertuples(index=False, name=None)
     panels = tuple(
         _panel(values[(values["name"] == name) & (values["unit"] == unit)], files, y, f"{name} ({unit})")

@@ -5,7 +5,7 @@ A panel for each unknown, a row for each cell. What lies beyond the axis is coun
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import ParameterFacts, Plan
 from ksmea.arrays import Array
 from ksmea.plugins.identification import at_limit
-from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, Words
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, Words, named_rows
 from ksmea.show.charts.colours import MODEL, PAPER
 from ksmea.show.text import number
 
@@ -73,9 +73,9 @@ def error_finding(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
 def error_chart(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Chart:
     """Chart of a plan that `has_bounds`; its title is `error_finding`."""
     found = _by_unknown(plan, runs, summary)
-    rows = _rows(plan, summary)
+    cells = _named(plan, summary)
     has_paper = any(np.isfinite(each.paper) for of in found.values() for each in of)
-    panels = [_panel(plan, name, each[:MOST_ROWS], rows, has_paper=has_paper) for name, each in found.items()]
+    panels = [_panel(plan, name, each[:MOST_ROWS], cells, has_paper=has_paper) for name, each in found.items()]
     has_open = any(each.is_at_limit.any() for of in found.values() for each in of)
     dots = "Dots: runs (open: at a search limit)" if has_open else "Dots: runs"
     parts = [dots, "line: their median", *(["diamonds: paper"] if has_paper else [])]
@@ -130,14 +130,14 @@ def _finding(found: dict[str, list[Errors]]) -> str:
     return f"{said}; of the paper's, {np.sum(np.abs(paper) <= NEAR)} of {len(paper)}" if len(paper) else said
 
 
-def _panel(plan: Plan, name: str, errors: list[Errors], rows: dict[float, str], *, has_paper: bool) -> Panel:
+def _panel(plan: Plan, name: str, errors: list[Errors], cells: Sequence[str], *, has_paper: bool) -> Panel:
     elements: list[Element] = [Span(low=-NEAR, high=NEAR, along="x"), Level(at=0.0, along="x", dash="solid")]
     for at, each in enumerate(errors):
         elements += _row(float(at) - (PAPER_BELOW / 2 if has_paper else 0.0), each)
         if np.isfinite(each.paper):
             elements += _of_paper(float(at) + PAPER_BELOW, each.paper)
     x = Axis("error (σ)", low=-FAR, high=FAR, ticks={-4.0: "−4", -2.0: "−2", 0.0: "0", 2.0: "2", 4.0: "4"})
-    y = Axis(low=-0.6, high=len(errors) - 0.4, ticks=rows, is_reversed=True, group="cells")
+    y = named_rows(cells, group="cells")
     return Panel(tuple(elements), x, y, f"{name}\n{_scale(plan, name)}", ROW * len(errors) + 0.6)
 
 
@@ -183,11 +183,11 @@ def _of_paper(y: float, error: float) -> Iterator[Element]:
         yield Words(x=-FAR, y=y, text=f"◂ −{-error:.0f} σ", side="left", offset=(2.0, 0.0), colour=PAPER)
 
 
-def _rows(plan: Plan, summary: pd.DataFrame) -> dict[float, str]:
+def _named(plan: Plan, summary: pd.DataFrame) -> list[str]:
     """Names of the cells, with the median number of updates where they have any."""
     updates = summary[summary["parameter"] == "updates"].reset_index(drop=True)
     axes = telling_axes(plan)
-    rows = {}
+    names = []
     for at, cell in enumerate(plan.cells[:MOST_ROWS]):
         name = " / ".join(place_text(cell.place.get(axis)) for axis in axes) or plan.name
         if axes == ("samples",):
@@ -196,5 +196,5 @@ def _rows(plan: Plan, summary: pd.DataFrame) -> dict[float, str]:
             paper = updates["paper"].iloc[at]
             printed = f" (paper {number(paper)})" if np.isfinite(paper) else ""
             name += f"\n+ {number(updates['median'].iloc[at])} updates{printed}".replace(" ", "\u00a0")
-        rows[float(at)] = name
-    return rows
+        names.append(name)
+    return names

@@ -22,7 +22,7 @@ from bench.reports.identification.factors import (
     short,
     two_figures,
 )
-from ksmea.show.charts.chart import Along, Axis, Chart, Element, Heat, Line, Panel, Points, Span, Words
+from ksmea.show.charts.chart import Along, Axis, Chart, Element, Heat, Line, Panel, Points, Span, Words, named_rows
 from ksmea.show.charts.colours import CONTEXT, INK, MODEL
 
 ROOM = 1.4  # times the least and largest score: ends of their axis
@@ -87,8 +87,7 @@ def _factor(sweep: Sweep, name: str, score: Axis) -> Panel:
     title = f"{short(name)}: worst {strength:.2g} × best" if np.isfinite(strength) else short(name)
     if is_ordered:
         return Panel(tuple(elements), Axis(low=-0.5, high=len(levels) - 0.5, ticks=ticks), score, title, TALL)
-    rows = Axis(low=-0.6, high=len(levels) - 0.4, ticks=ticks, is_reversed=True, group=f"levels of {name}")
-    return Panel(tuple(elements), score, rows, title, TALL)
+    return Panel(tuple(elements), score, named_rows(ticks.values(), group=f"levels of {name}"), title, TALL)
 
 
 def cells_chart(sweep: Sweep) -> Chart:
@@ -147,11 +146,11 @@ def _heat(
         for x, y in best
     ]
     across = {float(at): place_text(level) for at, level in enumerate(sweep.factors[columns])}
-    down = {float(at): ", ".join(map(place_text, levels)) for at, levels in enumerate(of_rows)}
+    down = (", ".join(map(place_text, levels)) for levels in of_rows)
     return Panel(
         tuple(elements),
         Axis(short(columns), low=-0.5, high=len(across) - 0.5, ticks=across),
-        Axis(", ".join(map(short, rows)), low=-0.5, high=len(down) - 0.5, ticks=down, is_reversed=True, group="rows"),
+        named_rows(down, ", ".join(map(short, rows)), "rows", beyond=0.5),
         f"{short(blocks)} {place_text(block)}" if blocks else "",
         ROW * len(of_rows) + 0.3,
     )

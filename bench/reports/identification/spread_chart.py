@@ -14,7 +14,7 @@ from bench.plan.plan import Plan
 from bench.reports.identification.factors import short
 from bench.reports.tables import EFFORT, EXACT, LEAST_PCT, has_intervals, lacks_interval
 from ksmea.arrays import Array
-from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Points
+from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Points, named_rows
 from ksmea.show.charts.colours import INTERVAL, PAPER, REFERENCE
 from ksmea.show.text import two_digits
 
@@ -141,14 +141,7 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
     if np.isfinite(paper).any():
         elements.append(Points(paper, at + PAPER_BELOW, "diamond", name=PRINTED, colour=PAPER))
     x = Axis("", "log" if is_log else "linear", is_whole=name in EFFORT and not unit)
-    y = Axis(
-        " / ".join(map(short, telling_axes(plan))),
-        low=-0.6,
-        high=len(cells) - 0.4,
-        ticks=_labels(plan, cells),
-        is_reversed=True,
-        group=f"cells {cells}",
-    )
+    y = named_rows(_names(plan, cells), " / ".join(map(short, telling_axes(plan))), f"cells {cells}")
     title = f"{name} ({unit})" if unit else name.replace("_", " ")
     return Panel(tuple(elements), x, y, title, ROW * len(cells) + 0.3)
 
@@ -206,10 +199,7 @@ def _is_wide(values: Sequence[Array]) -> bool:
     return bool(len(every) and every.min() > 0 and every.max() > WIDE * every.min())
 
 
-def _labels(plan: Plan, cells: Sequence[int]) -> dict[float, str]:
+def _names(plan: Plan, cells: Sequence[int]) -> list[str]:
     """Names of cells, never numbers."""
     axes = telling_axes(plan)
-    return {
-        float(at): " / ".join(place_text(plan.cells[cell].place.get(axis)) for axis in axes)
-        for at, cell in enumerate(cells)
-    }
+    return [" / ".join(place_text(plan.cells[cell].place.get(axis)) for axis in axes) for cell in cells]

@@ -203,6 +203,8 @@ def script_json(value: Any) -> str:
 
 def plain(value: Any) -> Any:
     """Numbers, texts, lists and mappings as JSON has them; what is not finite is None."""
+    if type(value) is float:  # nearly all that a plot has
+        return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
     if isinstance(value, Mapping):
         return {str(name): plain(each) for name, each in value.items()}
     if isinstance(value, (np.ndarray, pd.Series, pd.Index)):
@@ -226,6 +228,8 @@ def inert(figure: Any) -> Any:
     >>> inert({"name": "<a href='x'>a</a><br>b & c", "meta": {"channel": "<x>"}})
     {'name': "&lt;a href='x'>a&lt;/a><br>b &amp; c", 'meta': {'channel': '<x>'}}
     """
+    if type(figure) is float:
+        return figure
     if isinstance(figure, Mapping):
         return {name: each if name == "meta" else inert(each) for name, each in figure.items()}
     if isinstance(figure, (np.ndarray, pd.Series, pd.Index)):

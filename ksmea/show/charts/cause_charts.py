@@ -14,7 +14,7 @@ from ksmea.measurement.notation import Notation
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.statement import ORBIT
 from ksmea.show import diagnosis_findings as findings
-from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken, one_panel
+from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken, named_rows, one_panel
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
 from ksmea.show.charts.parts.bode import N_SD, residual_ground, residual_reach
 from ksmea.show.charts.parts.polar import FULL_TURN, REACH, phase_in_words, rings, speeds_at, speeds_said, within
@@ -149,27 +149,26 @@ def others_chart(record: DiagnosisRecord) -> Chart | None:
     if not others or given is None:
         return None
     best = " with ".join(_words(record))
-    rows = [(best, 1.0, MODEL, "circle")]
-    rows += [(each.words, each.multiple, ALIKE if each.is_near else CONTEXT, "circle") for each in others]
-    rows.append(("model as given", given, BEFORE, "diamond"))
+    causes = [(best, 1.0, MODEL, "circle")]
+    causes += [(each.words, each.multiple, ALIKE if each.is_near else CONTEXT, "circle") for each in others]
+    causes.append(("model as given", given, BEFORE, "diamond"))
     elements: list[Element] = [
         Points([multiple], [float(at)], symbol, 7.0, colour=colour, said=f"{name}: {multiple:.3g} times the noise")
-        for at, (name, multiple, colour, symbol) in enumerate(rows)
+        for at, (name, multiple, colour, symbol) in enumerate(causes)
     ]
     elements += [
         Words(
             x=multiple, y=float(at), text=f"{findings.TIMES} {multiple:.3g}", offset=(8.0, 0.0), side="left", size=9.0
         )
-        for at, (_, multiple, _, _) in enumerate(rows)
+        for at, (_, multiple, _, _) in enumerate(causes)
     ]
-    names = {float(at): name for at, (name, *_) in enumerate(rows)}
-    most = max(multiple for _, multiple, _, _ in rows)
+    most = max(multiple for _, multiple, _, _ in causes)
     near = any(each.is_near for each in others)
     title = "Explains the data about as well" if near else "No other known cause explains the data as well"
     return one_panel(
         elements, Axis("noise needed (best: 1)", "log", low=0.9, high=2.2 * max(most, 1.2)),
-        Axis(low=-0.6, high=len(rows) - 0.4, ticks=names, is_reversed=True), title,
-        "Each cause at its best location, fitted with all unknowns.", height=ROW * len(rows) + 0.3, width=6.5,
+        named_rows(name for name, *_ in causes), title,
+        "Each cause at its best location, fitted with all unknowns.", height=ROW * len(causes) + 0.3, width=6.5,
     )  # fmt: skip
 
 

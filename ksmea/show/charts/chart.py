@@ -260,6 +260,16 @@ class Chart:
         return replace(self, title=f"{self.title} ({words})".lstrip())
 
 
+def named_rows(names: Iterable[str], label: str = "", group: str = "", *, beyond: float = 0.6) -> Axis:
+    """An axis of named rows, the first at the top: row n is at y = n, and the panel ends `beyond` the outer ones.
+
+    >>> named_rows(["first", "second"]).ticks
+    {0.0: 'first', 1.0: 'second'}
+    """
+    ticks = {float(at): name for at, name in enumerate(names)}
+    return Axis(label, low=-beyond, high=len(ticks) - 1 + beyond, ticks=ticks, is_reversed=True, group=group)
+
+
 def one_panel(elements: Iterable[Element], x: Axis, y: Axis, title: str, caption: str, **more: Any) -> Chart:
     """A chart of one panel; `more` are fields of the panel (`height`, `is_to_scale`) and of the chart."""
     own = {name: more.pop(name) for name in ("height", "is_to_scale") if name in more}

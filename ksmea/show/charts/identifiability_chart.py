@@ -6,13 +6,12 @@ There is a panel per variation, a line per unknown, or a row of symbols for each
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.records.identifiability import IdentifiabilityRecord, Unknown, Value, Variation
-from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, named_rows
 from ksmea.show.charts.colours import CONTEXT, styles, symbol
 from ksmea.units import RPM
 
@@ -61,30 +60,37 @@ def label(parameter: Unknown) -> str:
 
 
 def _with_other_data(record: IdentifiabilityRecord, name: str, entries: Sequence[Variation]) -> Panel:
-    """A line for each unknown, or a row of symbols for each value of a variation whose values are named."""
-    is_named = name in ("band", "kind", "numbers")
-    at = np.array([number if is_named else entry.value for number, entry in enumerate(entries)], dtype=float)
+    """A panel for a variation: rows if its values have names, else lines."""
+    return (_rows if name in ("band", "kind", "numbers") else _lines)(record, name, entries)
+
+
+def _rows(record: IdentifiabilityRecord, name: str, entries: Sequence[Variation]) -> Panel:
+    """A row for each value of a variation, with a symbol for each unknown."""
+    widths = half_widths([entry.crlb_si for entry in entries], record)
+    present = half_widths([record.crlb_si], record)[0]
+    elements = list[Element]()
+    for number, (unknown, (colour, _)) in enumerate(_styles(record).items()):
+        y = np.arange(len(entries)) + 0.6 * ((number + 0.5) / len(present) - 0.5)
+        x, said = np.minimum(widths[:, number], MOST_PCT), f"{unknown}: ± {{x:.3g}} %"
+        elements.append(Points(x, y, symbol(number), name=unknown, colour=colour, said=said))
+        elements += _beyond(y, widths[:, number], colour, in_rows=True)
+        elements.append(Level(at=min(present[number], MOST_PCT), along="x", colour=colour, opacity=0.7))
+    axis = named_rows(_in_words(entry.value) for entry in entries)
+    return _panel(record, elements, axis, HEADINGS[name], has_rows=True)
+
+
+def _lines(record: IdentifiabilityRecord, name: str, entries: Sequence[Variation]) -> Panel:
+    """A line for each unknown over the values of a variation."""
+    x = np.array([entry.value for entry in entries], dtype=float)
     widths = half_widths([entry.crlb_si for entry in entries], record)
     present = half_widths([record.crlb_si], record)[0]
     elements = list[Element]()
     for number, (unknown, (colour, dash)) in enumerate(_styles(record).items()):
-        shown, own = np.minimum(widths[:, number], MOST_PCT), symbol(number)
-        more: dict[str, Any] = {
-            "name": unknown,
-            "colour": colour,
-            "said": f"{unknown}: ± {{{'x' if is_named else 'y'}:.3g}} %",
-        }
-        x = at + (0.6 * ((number + 0.5) / len(present) - 0.5) if is_named else 0.0)
-        elements.append(Points(shown, x, own, **more) if is_named else Line(x, shown, dash, symbol=own, **more))
-        elements += _beyond(x, widths[:, number], colour, is_named)
-        elements.append(
-            Level(at=min(present[number], MOST_PCT), along="x" if is_named else "y", colour=colour, opacity=0.7)
-        )
-    texts = map(_in_words, [entry.value for entry in entries])
-    ticks = None if name == "position" else dict(zip(at.tolist(), texts))
-    if is_named:
-        rows = Axis(low=-0.6, high=len(entries) - 0.4, ticks=ticks, is_reversed=True)
-        return _panel(record, elements, rows, HEADINGS[name], has_rows=True)
+        y, said = np.minimum(widths[:, number], MOST_PCT), f"{unknown}: ± {{y:.3g}} %"
+        elements.append(Line(x, y, dash, symbol=symbol(number), name=unknown, colour=colour, said=said))
+        elements += _beyond(x, widths[:, number], colour)
+        elements.append(Level(at=min(present[number], MOST_PCT), colour=colour, opacity=0.7))
+    ticks = None if name == "position" else dict(zip(x.tolist(), (_in_words(entry.value) for entry in entries)))
     scale = Axis("", "log" if name in ("speeds", "noise") else "linear", ticks=ticks)
     return _panel(record, elements, scale, HEADINGS[name])
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from ksmea.records.identification import ParameterRecord
 from ksmea.records.inputs import InputRecord
-from ksmea.show.charts.chart import Axis, Bars, Chart, Element, Level, Points, one_panel
+from ksmea.show.charts.chart import Axis, Bars, Chart, Element, Level, Points, named_rows, one_panel
 from ksmea.show.charts.colours import CONTEXT, MODEL, PALE_STEEL, category
 
 ROW = 0.3  # inches of each number or unknown
@@ -34,9 +34,8 @@ def inputs_chart(inputs: Sequence[InputRecord]) -> Chart:
         ends = [x - by for x, by in zip(off, half)], [x + by for x, by in zip(off, half)]
         said = [f"{each.words}: pull {each.pull:+.1f}" for _, each in rows]
         elements.append(Points(off, at, left=ends[0], right=ends[1], name=name, colour=colour, said=said))
-    names = {float(at): each.words for at, each in enumerate(seen)}
     return one_panel(
-        elements, Axis("change in stated standard deviations"), Axis(low=-0.7, high=len(seen) - 0.3, ticks=names, is_reversed=True),
+        elements, Axis("change in stated standard deviations"), named_rows(each.words for each in seen),
         "Numbers known to a tolerance",
         "Change of each number that the data determine, with its standard deviation, in standard deviations of the rotor file;"
         " dashed: one of them.", height=ROW * len(seen) + 0.6, width=7.5,
@@ -60,9 +59,8 @@ def budget_chart(parameters: Sequence[ParameterRecord]) -> Chart:
             Bars(list(range(len(rows))), lengths, base=base, along="x", name=name, colour=colour, said=said)
         )
         base = [start + length for start, length in zip(base, lengths)]
-    names = {float(at): name for at, (name, _) in enumerate(rows)}
     return one_panel(
-        elements, Axis("share of the variance, %", low=0.0, high=100.0), Axis(low=-0.7, high=len(rows) - 0.3, ticks=names, is_reversed=True),
+        elements, Axis("share of the variance, %", low=0.0, high=100.0), named_rows(name for name, _ in rows),
         "Sources of uncertainty",
         "Shares of the variance of each unknown by noise and by numbers known to a tolerance: the largest says what to measure better.",
         height=ROW * len(rows) + 0.8, width=7.5,

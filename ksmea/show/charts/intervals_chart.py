@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ksmea.records.estimate import Shown
-from ksmea.show.charts.chart import Axis, Chart, Element, Level, Points, one_panel
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Points, named_rows, one_panel
 from ksmea.show.charts.colours import REFERENCE, category, symbol
 from ksmea.show.text import rounded_alike, with_ends
 
@@ -71,13 +71,10 @@ def intervals_chart(
         said = [f"{name}: {_with_digits_of(truth[name], believed[name])}" for _, name in true]
         elements.append(Points(at, [row for row, _ in true], "x", 7.0, name="true value", colour=REFERENCE, said=said))
     label = f'difference from "{series[-1]}" (%)' if len(series) > 1 else "difference from the value found (%)"
-    rows_axis = Axis(
-        low=-0.5, high=len(names) - 0.5, ticks={float(at): name for at, name in enumerate(names)}, is_reversed=True
-    )
     caption += " Angles: 100 % is 1 rad." if any(_is_angle(each) for each in believed.values()) else ""
     caption += " Arrows: beyond that edge or open, as the table says." if arrows else ""
     x = Axis(label, low=-edge, high=edge, better="middle")
-    return one_panel(elements, x, rows_axis, title, caption, height=0.2 + ROW * len(names))
+    return one_panel(elements, x, named_rows(names), title, caption, height=0.2 + ROW * len(names))
 
 
 def _said(name: str, each: Shown) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.measurement.channel import named
 from ksmea.records.planning import Family, PlanningRecord, Unknown, infinite_where_none
-from ksmea.show.charts.chart import Along, Axis, Chart, Element, Level, Line, Panel, Points, Span, Words
+from ksmea.show.charts.chart import Along, Axis, Chart, Element, Level, Line, Panel, Points, Span, Words, named_rows
 from ksmea.show.charts.colours import CATEGORIES, CONTEXT, DASHES, PAPER
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
 
@@ -105,10 +105,9 @@ def _of_numbers(record: PlanningRecord, family: Family, shown: Array, title: str
         Points(size[chosen], row[chosen], "circle", 8, True, name="chosen", colour=PAPER),
         *_without_plan(record, family, "x"),
     )
-    rows = Axis(
-        low=-0.6, high=len(drawn) - 0.4, ticks={float(at): word for at, word in enumerate(words)}, is_reversed=True
+    return Panel(
+        elements, _gain(record, family, shown), named_rows(words), title or EXACT, max(HEIGHT, ROW * len(drawn) + 0.8)
     )
-    return Panel(elements, _gain(record, family, shown), rows, title or EXACT, max(HEIGHT, ROW * len(drawn) + 0.8))
 
 
 def _without_plan(record: PlanningRecord, family: Family, along: Along) -> list[Element]:

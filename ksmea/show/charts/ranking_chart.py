@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
-from ksmea.show.charts.chart import Axis, Bars, Chart, Element, Level, one_panel
+from ksmea.show.charts.chart import Axis, Bars, Chart, Element, Level, named_rows, one_panel
 from ksmea.show.charts.colours import ALIKE, CONTEXT, MODEL
 from ksmea.show.diagnosis_tables import sized
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance
@@ -29,9 +29,9 @@ def ranking_chart(record: DiagnosisRecord) -> Chart:
             said = list(map(_said, of))
             elements.append(Bars(at, [trial.delta_bic for trial in of], along="x", name=rank, colour=colour, said=said))
     elements.append(Level(at=0.0, along="x", dash="solid", width=0.8))
-    names = {float(at): f"{trial.effect} ({trial.location})" for at, trial in enumerate(trials)}
+    y = named_rows(f"{trial.effect} ({trial.location})" for trial in trials)
     return one_panel(
-        elements, Axis(QUANTITY, "symlog", linear=LINEAR, better="high"), Axis(low=-0.7, high=len(trials) - 0.3, ticks=names, is_reversed=True),
+        elements, Axis(QUANTITY, "symlog", linear=LINEAR, better="high"), y,
         "Effects",
         f"ΔBIC in favour of each effect at its best location, beyond {LINEAR:g} on a logarithmic axis; location, p and size show on"
         " touch or hover. With a misfit that is large enough nearly every effect lowers the deviance.", height=ROW * len(trials) + 0.2, width=7.5,

@@ -89,24 +89,8 @@ def frequency_curves(matrices: Matrices) -> Callable[[Array], Array]:
             return np.array([np.sort(each)[-n_dof:] for each in filled])
 
         return one_by_one
-    steady, gyroscopic, circulatory = (
-        -scipy.linalg.solve(matrices.mass, each, assume_a="pos")
-        for each in (
-            np.hstack([matrices.stiffness, matrices.damping]),
-            matrices.gyroscopic,
-            matrices.circulatory,
-        )
-    )
-
-    def at_once(speed: Array) -> Array:
-        state = np.zeros((len(speed), 2 * n_dof, 2 * n_dof))
-        state[:, :n_dof, n_dof:] = np.eye(n_dof)
-        state[:, n_dof:] = steady
-        state[:, n_dof:, :n_dof] += speed[:, None, None] * circulatory
-        state[:, n_dof:, n_dof:] += speed[:, None, None] * gyroscopic
-        return np.sort(np.linalg.eigvals(state).imag, axis=1)[:, n_dof:]
-
-    return at_once
+    states = state_matrices(matrices)
+    return lambda speed: np.sort(np.linalg.eigvals(states(speed)).imag, axis=1)[:, n_dof:]
 
 
 def campbell_diagram(rotor: Rotor, speed: Array, n_mode: int) -> Campbell:
@@ -126,11 +110,31 @@ def campbell_diagram(rotor: Rotor, speed: Array, n_mode: int) -> Campbell:
 
 def state_matrix(matrices: Matrices, speed: float) -> Array:
     """A of ż = A z with z = (q, q̇), (2 n_dof, 2 n_dof)."""
+    state: Array = state_matrices(matrices)(np.array([speed]))[0]
+    return state
+
+
+def state_matrices(matrices: Matrices) -> Callable[[Array], Array]:
+    """The state matrices (n_speed, 2 n_dof, 2 n_dof) as a function of spin speeds (n_speed,), rad/s."""
     n_dof = len(matrices.mass)
-    damping = matrices.damping + speed * matrices.gyroscopic
-    stiffness = matrices.stiffness + speed * matrices.circulatory
-    accelerations = -scipy.linalg.solve(matrices.mass, np.hstack([stiffness, damping]), assume_a="pos")
-    return np.vstack([np.hstack([np.zeros((n_dof, n_dof)), np.eye(n_dof)]), accelerations])
+    steady, gyroscopic, circulatory = (
+        -scipy.linalg.solve(matrices.mass, each, assume_a="pos")
+        for each in (
+            np.hstack([matrices.stiffness, matrices.damping]),
+            matrices.gyroscopic,
+            matrices.circulatory,
+        )
+    )
+
+    def at_speeds(speed: Array) -> Array:
+        state = np.zeros((len(speed), 2 * n_dof, 2 * n_dof), steady.dtype)
+        state[:, :n_dof, n_dof:] = np.eye(n_dof)
+        state[:, n_dof:] = steady
+        state[:, n_dof:, :n_dof] += speed[:, None, None] * circulatory
+        state[:, n_dof:, n_dof:] += speed[:, None, None] * gyroscopic
+        return state
+
+    return at_speeds
 
 
 def mode_of(eigenvalue: complex, vector: ComplexArray) -> Mode:
