@@ -105,11 +105,11 @@ def fine_responses(measurement: Measurement, models: Mapping[str, Model]) -> Fin
     Models are named as fields of the record.
     """
     layout = fine_layout(measurement, list(models.values()))
-    found = {name: np.abs(aligned(problem, layout).response(x[None])[0]) for name, (problem, x) in models.items()}
+    found = _responses(list(models.values()), layout)
     return FineResponses(
         speed=row(layout.speed, SPEED_DIGITS),
         breaks=layout.breaks,
-        **{name: matrix(amplitude, FINE_DIGITS) for name, amplitude in found.items()},
+        **{name: matrix(np.abs(response), FINE_DIGITS) for name, response in zip(models, found)},
     )
 
 
@@ -149,8 +149,18 @@ def _layout(measurement: Measurement, speeds: list[Array]) -> Layout:
 
 def _sizes(models: Sequence[Model], layout: Layout) -> Array:
     """ln|q| (n_speed, n_channel of all models)."""
-    response = np.hstack([np.abs(aligned(problem, layout).response(x[None])[0]) for problem, x in models])
-    return np.asarray(np.log(np.maximum(response, np.finfo(float).tiny)))
+    amplitude = np.abs(np.hstack(_responses(models, layout)))
+    return np.asarray(np.log(np.maximum(amplitude, np.finfo(float).tiny)))
+
+
+def _responses(models: Sequence[Model], layout: Layout) -> list[ComplexArray]:
+    """Response (n_speed, n_channel) of each model; those of one problem, which is reduced once, together."""
+    found: dict[int, ComplexArray] = {}
+    for problem in {id(problem): problem for problem, _ in models}.values():
+        own = [index for index, (other, _) in enumerate(models) if other is problem]
+        points = np.array([models[index][1] for index in own])
+        found |= dict(zip(own, aligned(problem, layout).response(points)))
+    return [found[index] for index in range(len(models))]
 
 
 def _by_run(sizes: Array, speeds: list[Array]) -> list[Array]:
