@@ -243,6 +243,7 @@ def test_an_identification_holds_the_truth_in_its_intervals(found):
         found["kx"]
 
 
+@pytest.mark.slow
 def test_its_text_is_the_command_lines(found, data, shell_identify):
     """A file through the command line, whose optimiser draws other numbers, ends in an equal maximum."""
     printed = shell_identify(as_csv(data.measurement))
@@ -294,6 +295,7 @@ def test_methods_are_named_or_made_by_hand(rotor):
         ksmea.identify(rotor, data, "ksmea", max_update=2, **small)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_extends_the_problem(tmp_path):
     rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5], n_speed=27)  # each speed takes a fit at each site
     hidden = ksmea.synthetic_measurement(

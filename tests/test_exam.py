@@ -23,6 +23,7 @@ from optimizers.lm import LM
 from problems.rotor_file import RotorFile
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging
+from tiers import mostly_slow
 
 DOCS = Path(__file__).parents[1] / "docs"
 EXAMPLES = DOCS / "examples"
@@ -45,6 +46,8 @@ STATED = {  # what a plugin is known to reach, and what it is tried with, where 
 TRIED = {"effect": {"on": ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=7)}}
 EXAMS = {group: getattr(testing, f"check_{group}") for group in registry.CONTRACTS if group not in ("study", "report")}
 SHIPPED = [(group, name) for group in EXAMS for name in registry.registered(group)]
+COSTLY = [("optimizer", name) for name in ("chain", "cmaes", "dual_annealing", "nelder_mead")] + [("surrogate", "gpr")]
+EACH = mostly_slow(SHIPPED, but=[pair for pair in SHIPPED if pair not in COSTLY])
 GOOD = {  # made to keep every property; the others are made of them
     "optimizer": (Shrinking(), {}),
     "surrogate": (Radial(), {}),
@@ -64,7 +67,7 @@ BROKEN = [
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("group, name", SHIPPED, ids=[" ".join(pair) for pair in SHIPPED])
+@pytest.mark.parametrize("group, name", EACH, ids=[" ".join(pair) for pair in SHIPPED])
 def test_what_comes_with_the_project_passes(group, name):
     plugin = registry.create(group, name, REQUIRED.get(name, {}), PARTS)
     EXAMS[group](plugin, **(TRIED.get(group, {}) | STATED.get(name, {})))

@@ -149,9 +149,9 @@ def start():
 
 
 @pytest.fixture(scope="session")
-def table3(shell, quick, tmp_path_factory):
+def table3(apart, quick, tmp_path_factory):
     """The small experiment, done once on two workers for all tests that look at its results."""
-    return shell(*quick, "repetitions=4", "workers=2", cwd=tmp_path_factory.mktemp("table3"))
+    return apart(*quick, "repetitions=4", "workers=2", cwd=tmp_path_factory.mktemp("table3"), draws=True)
 
 
 def undrawn(monkeypatch):

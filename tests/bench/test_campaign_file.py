@@ -182,6 +182,7 @@ def test_identify_from_the_command_line(folder, enter):
         assert table.loc[name, "low"] < value < table.loc[name, "high"]  # 0.1 % of draws would not
 
 
+@pytest.mark.slow
 def test_a_weight_on_no_disk_is_remarked(folder, enter):
     (folder / "beside.yaml").write_text(TWO_RUNS.replace("position: 1.0", "position: 0.33"))
     cheap = ["workers=1", *FEW_STARTS, "study.intervals=none"]
@@ -230,6 +231,7 @@ def test_a_plan_of_a_measured_run_writes_the_campaign_that_it_names(folder, ente
         ksmea.read_measurement(ended.output / "campaign.yaml")
 
 
+@pytest.mark.slow
 def test_diagnose_from_the_command_line(folder, enter):
     words = ["+experiment=diagnose", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]
     ended = enter(*words, "study.effects=[runout,mass]", output="results/diagnose_campaign")

@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tiers import mostly_slow
+
 PARAMETERS = ["kxx", "kyy", "cxx", "cyy", "u"]
 HEADER = (
     "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,crlb_pct,most_likely,"
@@ -111,6 +113,7 @@ def test_one_worker_computes_what_two_do(table3, quick, enter):
         assert f"8 runs to do with {workers} workers" in (ended.output / "table3.log").read_text()
 
 
+@pytest.mark.slow
 def test_another_seed_gives_other_numbers(enter, cheapest):
     seeds = [enter(*cheapest, "repetitions=1", f"seed={seed}", f"output=s{seed}", output=f"s{seed}") for seed in (0, 5)]
     zero, five = (ended.runs() for ended in seeds)
@@ -149,10 +152,7 @@ SWEEPS = {
 }
 
 
-SOME = ("optimizer", "problem.mesh", "seed")  # a plugin, a setting of one, a plain value
-
-
-@pytest.mark.parametrize("key", [pytest.param(key, marks=[pytest.mark.slow] * (key not in SOME)) for key in SWEEPS])
+@pytest.mark.parametrize("key", mostly_slow(SWEEPS, but=["optimizer"]))
 def test_a_list_is_a_sweep_with_a_column_of_its_own(key, enter):
     words = ["method.max_updates=1", "surrogate=none", "optimizer.population=5", "optimizer.generations=1", WITHOUT]
     if key == "method":
@@ -170,6 +170,7 @@ def test_a_list_is_a_sweep_with_a_column_of_its_own(key, enter):
     assert len(ended.events()) == runs["key"].nunique() == expected
 
 
+@pytest.mark.slow
 def test_sweeps_multiply(enter, cheapest):
     words = [word for word in cheapest if not word.startswith("samples")]
     ended = enter(*words, "repetitions=2", "samples=25,26", "problem.mesh=13,21", "measurement.relative=0,0.1")
@@ -211,6 +212,7 @@ def test_results_of_other_settings_are_not_taken_for_these(enter, cheapest):
     assert not np.isclose(first["misfit"][0], second["misfit"][0], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_it_works_where_a_conf_of_someone_else_lies(shell, cheapest, tmp_path):
     (tmp_path / "conf" / "experiment").mkdir(parents=True)
     (tmp_path / "conf" / "config.yaml").write_text("name: wrong\nsamples: [\n")

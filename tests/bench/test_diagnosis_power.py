@@ -117,6 +117,7 @@ def ended(apart, tmp_path_factory):
     return apart(*words, *few, draws=True, cwd=tmp_path_factory.mktemp("power"), output="results/diagnosis_power")
 
 
+@pytest.mark.slow
 def test_its_files_hold_every_draw_and_the_page_shows_names_as_text(ended):
     assert ended.code == 0, ended.err
     assert {path.name for path in ended.output.iterdir()} >= {

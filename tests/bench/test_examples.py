@@ -14,6 +14,7 @@ from bench.commands.new import FIRST_RUN
 from ksmea.plugins import registry
 from ksmea.plugins.files import plugins_of_file
 from outside_package import plain_files
+from tiers import mostly_slow
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EXAMPLE_GROUPS = sorted(path.name for path in EXAMPLES.iterdir() if (path / "pyproject.toml").is_file())
@@ -54,7 +55,7 @@ def test_there_is_one_of_every_kind_that_can_be_made():
     assert EXAMPLE_GROUPS == sorted(FIRST_RUN)
 
 
-@pytest.mark.parametrize("group", EXAMPLE_GROUPS)
+@pytest.mark.parametrize("group", mostly_slow(EXAMPLE_GROUPS, but=["optimizer", "problem"]))
 def test_a_new_file_runs_by_the_command_that_is_printed(group, tmp_path, enter):
     new = enter("new", group, "my_own", "--file")
     assert new.code == 0

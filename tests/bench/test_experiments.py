@@ -213,6 +213,7 @@ def test_the_paper_is_all_tables_which_share_their_runs(compose_all, plan_of, pl
     assert place / "results" / "paper" / "table6" not in shared["table3"]  # it comes later
 
 
+@pytest.mark.slow
 def test_overrides_of_the_paper_reach_all_its_tables(compose_all):
     experiments = compose_all("+experiment=paper", "repetitions=2", "seed=3")
     for experiment in experiments[:3] + experiments[4:]:

@@ -106,6 +106,7 @@ def test_only_new_and_changed_files_are_computed(enter, fleet):
     assert started(ended) == 4 and len(ended.table("identify")) == 3
 
 
+@pytest.mark.slow
 def test_one_machine_alone_is_taken_over_from_the_fleet(enter, fleet):
     identify(enter, EVERY, "study.intervals=none")
     words = ["measurement.path=fleet/fan.csv", "share=[results/identify_fleet]", "study.intervals=none"]
@@ -114,6 +115,7 @@ def test_one_machine_alone_is_taken_over_from_the_fleet(enter, fleet):
     assert alone.out.startswith("three_disk, fan.csv: 30 speeds")
 
 
+@pytest.mark.slow
 def test_each_machine_may_have_a_rotor_of_its_own(enter, fleet):
     for name in ("fan", "pump"):
         shutil.copy(ROOT / "docs/examples/rotor.yaml", fleet / f"{name}.yaml")
@@ -127,6 +129,7 @@ def test_each_machine_may_have_a_rotor_of_its_own(enter, fleet):
     assert ended.code == 2 and "expected one rotor named as fleet/pump.csv" in ended.err
 
 
+@pytest.mark.slow
 def test_a_diagnosis_names_the_cause_machine_by_machine(enter, fleet):
     (fleet / "pump.csv").write_text(run_up(2, ["runout"]))
     words = ["+experiment=diagnose", "measurement=file", EVERY, SENSORS, "workers=1"]
@@ -141,6 +144,7 @@ def test_a_diagnosis_names_the_cause_machine_by_machine(enter, fleet):
     assert not (ended.output / "diagnosis.json").exists()  # that of one machine
 
 
+@pytest.mark.slow
 def test_a_fleet_from_python(fleet, monkeypatch):
     monkeypatch.chdir(fleet.parent)
     settings = {"problem": {"sensors": [0.1, 0.5]}, "optimizer": {"screening": 200, "starts": 2}, "workers": 1}

@@ -76,6 +76,7 @@ def test_another_experiment_measurement_or_problem_in_a_folder_is_refused(words,
     assert {path: path.read_bytes() for path in first.output.rglob("*") if path.is_file()} == before
 
 
+@pytest.mark.slow
 def test_the_same_experiment_goes_on_with_other_settings(enter, files, tmp_path):
     words = [*IDENTIFY, "measurement.path=first.csv", "output=mine"]
     first = enter(*words, output="mine")
@@ -193,6 +194,7 @@ def test_results_of_an_earlier_content_of_a_file_are_told_without_a_command(plan
     )
 
 
+@pytest.mark.slow
 def test_a_table_that_changed_is_named_and_not_the_rotor_file(enter, tmp_path):
     """The file of the rotor is as it was; the hash of a table follows that of the file that names it."""
     examples = Path(__file__).resolve().parents[2] / "docs" / "examples"
@@ -207,6 +209,7 @@ def test_a_table_that_changed_is_named_and_not_the_rotor_file(enter, tmp_path):
     assert "1 earlier result in this folder, of an earlier content of bearing.csv, is no longer shown" in said.out
 
 
+@pytest.mark.slow
 def test_a_changed_sweep_of_files_is_the_same_experiment(enter, files):
     words = [*IDENTIFY, "output=mine", "name=all"]
     assert enter(*words, "measurement.path=first.csv", output="mine").code == 0

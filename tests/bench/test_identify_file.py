@@ -29,6 +29,7 @@ from ksmea.units import MICROMETRE, RPM
 from measurements.file import File
 from measurements.run_up_csv import as_csv
 from problems.three_disk import ThreeDisk
+from tiers import mostly_slow
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "docs/examples/run_up.csv"
@@ -183,7 +184,7 @@ def test_amplitudes_of_one_channel_at_uneven_speeds_are_enough_for_the_stiffness
     assert "cxx: not identifiable from these data" in ended.out  # no speed lies on a peak
 
 
-@pytest.mark.parametrize("turn", [-175.0, 0.0, 100.0, 179.9])
+@pytest.mark.parametrize("turn", mostly_slow([-175.0, 0.0, 100.0, 179.9], but=[179.9]))
 def test_the_phase_origin_is_found_wherever_it_is(identified, turn):
     measurement, _ = run_up(turn=turn, n_speed=60, relative=0.02)
     table = table_of(identified(measurement, "optimizer.starts=5"))
@@ -193,6 +194,7 @@ def test_the_phase_origin_is_found_wherever_it_is(identified, turn):
     assert not table.loc["phase_origin", "at_limit"]
 
 
+@pytest.mark.slow
 def test_known_noise_is_not_estimated(identified):
     measurement, _ = run_up(n_speed=60)
     noise = Noise(0.0, np.hypot(0.05 * np.abs(measurement.values), 0.02 * MICROMETRE))
@@ -214,6 +216,7 @@ def test_phases_given_as_lag_are_noticed(identified):
     assert ended.out.count(f"  note: {remark}") == ended.out.count("lags") == 1
 
 
+@pytest.mark.slow
 def test_a_changed_file_is_another_question(enter, tmp_path):
     measurement, _ = run_up(n_speed=20)
     cheap = [*IDENTIFY, "measurement.path=run.csv", *CHEAP]
@@ -226,6 +229,7 @@ def test_a_changed_file_is_another_question(enter, tmp_path):
     assert "measurement_fingerprint" in changed.cells()[0]["settings"]
 
 
+@pytest.mark.slow
 def test_a_pipe_that_closes_early_is_no_error(tmp_path):
     measurement, _ = run_up(n_speed=20)
     (tmp_path / "run.csv").write_text(as_csv(measurement))

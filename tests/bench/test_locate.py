@@ -70,6 +70,7 @@ def test_the_extended_model_is_one_for_every_study_from_any_folder(located, ente
     assert said in ended.out
 
 
+@pytest.mark.slow
 def test_a_law_of_older_results_goes_with_its_file(enter, tmp_path):
     """A location where nothing is missing writes no extended model, and takes that of other data away."""
     (tmp_path / "results" / "locate").mkdir(parents=True)
@@ -81,6 +82,7 @@ def test_a_law_of_older_results_goes_with_its_file(enter, tmp_path):
     assert not (ended.output / "extended.yaml").exists() and "extended.yaml" not in ended.out
 
 
+@pytest.mark.slow
 def test_many_runs_are_counted(enter):
     ended = enter("+experiment=locate", *DATA, *FEW, "repetitions=2", output="results/locate")
     assert ended.code == 0, ended.err

@@ -149,6 +149,7 @@ def test_one_that_is_chosen_alone_is_refused_in_one_line(apart, tmp_path):
         assert ended.code == 2 and ended.err.count("\n") == 1 and reason in ended.err, ended.err
 
 
+@pytest.mark.slow
 def test_an_effect_that_misbehaves_harms_no_cell_without_it(apart, tmp_path):
     words = ["method=direct", *FEW_POINTS, "measurement.kind=complex", "measurement.relative=0.05", *FAST]
     doing = [each for each, _ in WHILE_IT_RUNS.values()][:5]

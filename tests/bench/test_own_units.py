@@ -163,6 +163,7 @@ def of_fleet(enter, *words):
     return ended, table, {each.title: each.blocks[0].text for each in details}
 
 
+@pytest.mark.slow
 def test_a_fleet_shows_each_machine_in_the_units_of_its_file(fleet, enter):
     ended, table, text = of_fleet(enter)
     assert table.loc["fleet/own.csv", "noise"].endswith(("mil pp", "%")) and "µm" not in text["fleet/own.csv"]
@@ -174,6 +175,7 @@ def test_a_fleet_shows_each_machine_in_the_units_of_its_file(fleet, enter):
     assert "noise_um" in files and not any("mil" in name for name in files)
 
 
+@pytest.mark.slow
 def test_units_of_the_command_line_hold_for_all_machines_of_a_fleet(fleet, enter):
     _, table, text = of_fleet(enter, "units=mm_rms,Hz")
     for name in ("fleet/own.csv", "fleet/plain.csv"):

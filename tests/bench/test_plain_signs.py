@@ -14,6 +14,7 @@ from bench.command_line.plain_signs import SIGNS, in_plain_signs
 from bench.commands.dispatch import COMMANDS
 from bench.help.glossary import entries
 from ksmea.plugins.names import FURTHER, GROUPS, registered
+from tiers import mostly_slow
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 ENCODINGS = ("cp1252", "ascii", "latin-1")
@@ -54,7 +55,7 @@ def printed(monkeypatch):
     return call
 
 
-@pytest.mark.parametrize("study", STUDIES)
+@pytest.mark.parametrize("study", mostly_slow(STUDIES, but=["identify", "table3", "table5"]))
 def test_tables_of_a_study(study, enter, printed):
     ended = enter(*STUDIES[study], "output=results")
     assert ended.code == 0, ended.err
@@ -89,7 +90,7 @@ def test_errors(encoding, word, printed):
     assert code == 2 and out == "" and err.startswith("error: ") and err.count("\n") == 1
 
 
-@pytest.mark.parametrize("encoding", ENCODINGS)
+@pytest.mark.parametrize("encoding", mostly_slow(ENCODINGS, but=["ascii"]))
 def test_a_command_in_a_process_of_its_own(encoding, tmp_path):
     environment = os.environ | {"PYTHONIOENCODING": encoding}
     words = [sys.executable, "-m", "bench", "help", "plan"]

@@ -61,6 +61,7 @@ def test_explain_names_the_kernel_of_a_run(resumed, here, enter):
         assert enter("explain", key).out.splitlines()[-1] == f"done on x86_64 {kernel}"
 
 
+@pytest.mark.slow
 def test_runs_that_are_taken_over_keep_the_kernel_that_computed_them(resumed, shell, cheapest):
     """A second folder, on the second kernel, that takes over what the first kernel computed."""
     words = [*cheapest, "repetitions=2", "seed=0,1", "output=results/other", "share=[results/run]"]

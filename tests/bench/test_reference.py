@@ -243,6 +243,7 @@ def diagnosed(apart, tmp_path_factory):
     return output
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("column", "value", "what"),
     [(None, None, None), ("verdict", "named", "verdict"), ("deviance_drop", 2.0, "deviance_drop")],

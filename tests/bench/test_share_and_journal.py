@@ -6,6 +6,7 @@ from collections import Counter
 import pytest
 
 from outside_package import outside_package
+from tiers import mostly_slow
 
 
 def rewrite_results(ended, key, **changes):
@@ -37,6 +38,7 @@ def test_finished_runs_of_the_same_key_are_taken_over(enter, cheapest, tmp_path)
     assert "taken over from one, of two" in enter("explain", key, str(second.output)).out
 
 
+@pytest.mark.slow
 def test_only_what_is_not_shared_is_computed(enter, cheapest):
     enter(*cheapest, "repetitions=1", "output=one", output="one")
     enter(*cheapest, "repetitions=1", "seed=1", "output=two", output="two")
@@ -52,6 +54,7 @@ def taken_keys(ended):
     return {event["key"] for event in ended.events() if "taken_from" in event}
 
 
+@pytest.mark.slow
 def test_failed_runs_are_not_taken_over(enter, cheapest):
     first = enter(*cheapest, "repetitions=2", "output=one", output="one")
     failed, done = first.runs()["key"]
@@ -62,6 +65,7 @@ def test_failed_runs_are_not_taken_over(enter, cheapest):
     assert [event["key"] for event in second.events("started")] == [failed]
 
 
+@pytest.mark.slow
 def test_runs_of_other_settings_are_not_taken_over(enter, cheapest):
     enter(*cheapest, "repetitions=1", "output=one", output="one")
     second = enter(*cheapest, "repetitions=1", "measurement.relative=0.2", "output=two", "share=[one]", output="two")
@@ -174,7 +178,7 @@ SEARCHES = {
 }
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", mostly_slow(SEARCHES, but=["de under a surrogate"]))
 def test_a_run_whose_worker_is_killed_goes_on_where_it_was(search, enter_with_slow, tmp_path):
     settings, part, batch = SEARCHES[search]
     notes = tmp_path / "points"
@@ -220,6 +224,7 @@ def noted_since(notes):
     return points
 
 
+@pytest.mark.slow
 def test_without_a_journal_a_killed_run_begins_again(enter_with_slow, tmp_path):
     notes = tmp_path / "points"
     words = ["problem=slow", f"problem.notes={notes}", *POPULATION, "repetitions=1", "workers=1"]

@@ -233,6 +233,7 @@ def test_a_sweep_gives_the_tables_of_a_serial_run(call, place, serial):
     assert not (place / "waited" / "claims").exists(), f"{job_states(place / 'waited')}, {err}"
 
 
+@pytest.mark.slow
 def test_submitted_twice_it_is_done_once(call, place, serial):
     """While jobs are at work, others of the same experiment join them; those of another one are refused."""
     output = place / "twice"
@@ -285,6 +286,7 @@ def test_a_job_with_other_code_than_the_plan_computes_nothing(call, place):
     assert not (place / "changed" / "records").exists()
 
 
+@pytest.mark.slow
 def test_files_given_by_relative_paths_travel_with_the_jobs(call, place):
     """A rotor, a campaign with the file of its runs, and a plain file of a plugin with a module beside it."""
     examples = Path(__file__).parents[2] / "docs" / "examples"

@@ -30,7 +30,8 @@ def test_a_log_on_a_full_disk_says_nothing(tmp_path, capsys, monkeypatch):
     assert "first" in (tmp_path / "mine.log").read_text()
 
 
-@pytest.mark.parametrize("limit", [pytest.param("-n 32", marks=pytest.mark.slow), "-n 48"])
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", ["-n 32", "-n 48"])
 def test_too_many_workers_for_the_limits_of_the_system(limit, tmp_path):
     words = ["method=direct", "optimizer=random_search", "study.intervals=none", "repetitions=40", "workers=40"]
     command = ["bash", "-c", f'ulimit {limit}; exec "$@"', "bash", sys.executable, "-m", "bench", *words]

@@ -81,6 +81,7 @@ def test_a_folder_may_be_named_by_a_setting_of_one_value(enter):
     assert ended.code == 0 and ended.output.is_dir()
 
 
+@pytest.mark.slow
 def test_a_method_without_an_optimiser_counts_once(enter, tmp_path):
     (tmp_path / "plain.py").write_text(
         "from dataclasses import dataclass\nfrom ksmea import Method\nfrom ksmea.identification.direct import Direct\n"

@@ -23,6 +23,7 @@ from benchmarks.harness.table import COLUMNS, fallen, lines_of, merged, read, sa
 from benchmarks.tasks.diagnose_here import PARTS, by_part
 from ksmea.errors import SettingError
 from ksmea.show.charts.picture import png
+from tiers import mostly_slow
 
 ROOT = Path(__file__).resolve().parents[2]
 NOWHERE = Path("/nowhere")
@@ -46,7 +47,7 @@ def lines(ratios=(4.0,), group="fe", size=None, name="row", **fields):
     return lines_of(row, found, this_machine())
 
 
-@pytest.mark.parametrize("group", SMALLEST)
+@pytest.mark.parametrize("group", mostly_slow(SMALLEST, but=["fe", "framework"]))
 def test_the_smallest_row_of_a_group_is_measured_without_peers(group):
     title, n_here = SMALLEST[group]
     row = next(row for row in command.GROUPS[group]() if title in row.title)

@@ -131,6 +131,7 @@ def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(
     assert np.all(inside)
 
 
+@pytest.mark.slow
 @pytest.mark.xdist_group("heavier or softer")
 def test_where_neither_is_wanted_nothing_is_averaged_and_no_further_measurement_sought():
     (whole, _), (part, _) = diagnosed(0), diagnosed(0, average=False, split=False)

@@ -21,6 +21,7 @@ from problems.effects.local_force import LocalForce
 from problems.effects.runout import Runout
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, NOISE, SENSORS, TRUTH, VERDICT, common_effects, registered_effects
+from tiers import mostly_slow
 
 
 def diagnosed(rotor, measurement, effects=None, seed=0, effort=None, **criteria):
@@ -28,7 +29,7 @@ def diagnosed(rotor, measurement, effects=None, seed=0, effort=None, **criteria)
     return diagnose(Case(rotor, measurement), effects or common_effects(), search, Criteria(**criteria))
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))])
+@pytest.mark.parametrize("seed", mostly_slow(range(6), but=[0]))
 def test_a_right_model_is_adequate(rotor, hide, seed):
     """A false alarm has a chance of 1 % in each: seeds were not chosen."""
     measurement, _, _ = hide(None, seed)
@@ -43,14 +44,17 @@ def test_a_right_model_is_adequate(rotor, hide, seed):
 # effects of every kind of hook; rates of all are in results/reference/diagnosis_effects.csv
 @pytest.mark.parametrize(
     ("name", "seed"),
-    [
-        ("runout", 1),
-        ("unbalance", 2),
-        pytest.param("youngs_modulus", 3, marks=pytest.mark.slow),
-        ("cross_coupling_symmetric", 4),
-        pytest.param("channel_gain", 5, marks=pytest.mark.slow),
-        ("speed_dependent_stiffness", 11),
-    ],
+    mostly_slow(
+        [
+            ("runout", 1),
+            ("unbalance", 2),
+            ("youngs_modulus", 3),
+            ("cross_coupling_symmetric", 4),
+            ("channel_gain", 5),
+            ("speed_dependent_stiffness", 11),
+        ],
+        but=["runout", "speed_dependent_stiffness"],
+    ),
 )
 def test_a_hidden_effect_is_named_with_its_size(rotor, hide, name, seed):
     """One among all that are registered, the others among what looks like them and three common causes."""
@@ -96,6 +100,7 @@ def test_what_is_not_in_the_registry_is_unknown_or_a_known_alias(rotor, hide):
     assert found.named == () and found.ambiguity_group == ()
 
 
+@pytest.mark.slow
 def test_effects_are_scanned_at_all_effort_only_where_little_leaves_more_than_noise(rotor, hide, monkeypatch):
     made = []
 
@@ -128,7 +133,7 @@ def test_two_effects_at_once_are_named_together():
     assert found.verdict == "named" and set(found.named) == {"runout", "channel_gain"}
 
 
-@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))])
+@pytest.mark.parametrize("seed", mostly_slow([1, 2, 3], but=[1]))
 def test_a_second_effect_that_only_shows_in_its_own_fit_is_named_too(rotor, seed):
     """A gain so small that what a runout alone leaves could be noise: as with a first effect, its own fit is significant."""
     fine = ThreeDisk(mesh=26, sensors=SENSORS).build().with_phase_origin()
@@ -144,6 +149,7 @@ def test_a_second_effect_that_only_shows_in_its_own_fit_is_named_too(rotor, seed
     assert set(found.named) == {"runout", "channel_gain"} and gain in [each.effect for each in found.applied]
 
 
+@pytest.mark.slow
 def test_an_effect_that_explains_the_data_as_well_is_reported_however_many_unknowns_it_has(rotor, hide):
     """A mass on a stiff spring does as much as one on the shaft, but has three unknowns for it: BIC would leave it out, and the data hold
     no evidence against it."""
@@ -179,6 +185,7 @@ def test_amplitudes_of_one_channel_and_uneven_speeds_can_be_diagnosed():
     assert found.verdict in ("adequate", "not observable")
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_diagnosis(rotor, hide):
     measurement, _, _ = hide("unbalance", 2)
     effects = few("channel_gain", "mass", "runout", "unbalance")

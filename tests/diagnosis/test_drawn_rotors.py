@@ -114,6 +114,7 @@ def test_pedestals_are_named_with_the_truth_in_their_intervals_whatever_the_limi
         assert after[unknown].holds(value), f"{unknown} {after[unknown]}"
 
 
+@pytest.mark.slow
 def test_a_hub_wider_than_its_disk_is_named_with_what_is_known_of_its_width(tmp_path):
     """EI is 3.5 times as high over 140 mm, where the disk is 50 mm thick; the mesh of the data is four times as fine."""
     file = rotor_file(tmp_path, [(1, 2)])

@@ -66,6 +66,7 @@ def test_a_law_is_near_its_coefficients_before_any_fit(position):
     assert 0.67 < stiffness < 1.5 and clearance == pytest.approx(1, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_rub_is_found_from_its_force_without_a_scan():
     """Its values within four standard errors, which leave one of 5000 right fits out."""
     problem, measurement, effect = rubbing(0.4)

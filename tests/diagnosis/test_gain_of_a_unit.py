@@ -8,6 +8,7 @@ import pytest
 from ksmea.problem.case import Case
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.library import library
+from tiers import mostly_slow
 from tolerant_pump import measured, pump, true_values
 
 RIVALS = ("probe_position", "channel_gain", "added_mass", "mass", "probe_rotation")
@@ -16,11 +17,19 @@ QUICK = DiagnosisOptions(locate=False, average=False, split=False, screening=512
 
 @pytest.mark.parametrize(
     ("factor", "columns", "location", "unit"),
-    [
-        (2.0, [2, 3], "x and y at 0.51 m", "0-peak"),  # or half of that at the other plane, with twice the unbalance
-        (25.4, [2, 3], "x and y at 0.51 m", "converted from mil though they were in µm"),
-        (1 / 25.4, [0], "x at 0.16 m", "in mil where µm are expected"),
-    ],
+    mostly_slow(
+        [
+            (
+                2.0,
+                [2, 3],
+                "x and y at 0.51 m",
+                "0-peak",
+            ),  # or half of that at the other plane, with twice the unbalance
+            (25.4, [2, 3], "x and y at 0.51 m", "converted from mil though they were in µm"),
+            (1 / 25.4, [0], "x at 0.16 m", "in mil where µm are expected"),
+        ],
+        but=[25.4],
+    ),
 )
 def test_a_unit_is_found(tmp_path, factor, columns, location, unit):
     settings = pump(tmp_path)

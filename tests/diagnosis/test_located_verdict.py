@@ -83,6 +83,7 @@ def test_the_text_says_it_in_its_verdict_and_the_file_holds_the_law(unnamed):
     assert "unbalance" in about_extension(record)[0] and record.location.extension is not None
 
 
+@pytest.mark.slow
 def test_a_law_counts_as_its_effect_does(unnamed, named):
     """An unbalance law and the effect of that name are one model, whose evidence is one number."""
     (record, effect, _), (by_name, _) = unnamed, named

@@ -21,6 +21,7 @@ from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response import dense
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
+from tiers import mostly_slow
 
 SENSORS = [0.1, 0.5, 1.0]
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
@@ -141,7 +142,7 @@ def test_a_gain_is_a_reading_at_its_plane_and_no_force():
     assert accepted(found) == {"reading at 1 m"}
 
 
-@pytest.mark.parametrize("told", [NOISE, None])
+@pytest.mark.parametrize("told", mostly_slow([NOISE, None], but=[None]))
 def test_the_true_site_is_rejected_no_more_often_than_the_level_says(told):
     """p of the site is no smaller than a uniform one: of 8 draws, 4 or more below 0.1 would have a chance of 0.5 %."""
     column = FINE.load_response(TRUTH[None], [Load(1.0, "x")])[0, :, :, 0]

@@ -7,6 +7,7 @@ import pytest
 
 import ksmea
 from ksmea.studies import diagnose as module
+from tiers import mostly_slow
 
 SETTINGS = {"sensors": [0.1, 0.2, 0.5], "n_speed": 27}
 MIL_PP = 25.4 / 2  # µm
@@ -22,11 +23,14 @@ def changed(data, way):
 
 @pytest.mark.parametrize(
     ("way", "said"),
-    [
-        ("Hz", "speeds are in Hz where rpm are expected"),
-        ("lag", "phases are lags where leads are expected"),
-        ("mil", "amplitudes are in mil peak to peak where µm 0-peak are expected"),
-    ],
+    mostly_slow(
+        [
+            ("Hz", "speeds are in Hz where rpm are expected"),
+            ("lag", "phases are lags where leads are expected"),
+            ("mil", "amplitudes are in mil peak to peak where µm 0-peak are expected"),
+        ],
+        but=["Hz"],
+    ),
 )
 def test_a_misreading_ends_the_search_with_its_cure_and_the_values_of_data_read_so(way, said, monkeypatch):
     """No effect is fitted: read so the model leaves noise, and none could gain more."""

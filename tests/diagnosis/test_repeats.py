@@ -14,6 +14,7 @@ from ksmea.measurement.speeds import equal_speeds
 from ksmea.show.text import repeat_lines
 from ksmea.studies.hausman import repeats_of
 from problems.three_disk import ThreeDisk
+from tiers import mostly_slow
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5]).build()
 SPEED = np.linspace(200, 1500, 12)
@@ -58,8 +59,8 @@ def test_runs_without_repeats_are_the_repeats():
     assert found.noise.levels[0][0] == pytest.approx(0.004, rel=0.4)
 
 
-@pytest.mark.parametrize("kind", ["amplitude", "complex"])
-@pytest.mark.parametrize("own_noise", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", mostly_slow(["amplitude", "complex"], but=["complex"]))
+@pytest.mark.parametrize("own_noise", mostly_slow([False, True], but=[False]))
 def test_runs_that_are_alike_are_rarely_said_to_differ(kind, own_noise):
     """At p < 0.05 in 5 % of draws: of 400, 20 ± 4.4; the noise is estimated, from two repeats of each."""
     rng = np.random.default_rng(7)

@@ -10,6 +10,7 @@ from ksmea.fits.search import Search
 from ksmea.plugins import registry
 from ksmea.problem.case import Case
 from tests.diagnosis.conftest import LESS
+from tiers import mostly_slow
 
 LEAST = 30  # of the deviance drop, of effects of one unknown: less may look like another effect
 
@@ -17,13 +18,16 @@ LEAST = 30  # of the deviance drop, of effects of one unknown: less may look lik
 # Of large effects every second speed is enough: the shaft is reduced at each for each value of an effect.
 @pytest.mark.parametrize(
     ("name", "seed", "step"),
-    [
-        pytest.param("added_mass", 1, 2, marks=pytest.mark.slow),  # as in tests/diagnosis/test_diagnosis.py
-        ("axial_force", 1, 1),
-        ("external_damping", 1, 2),
-        ("hub_stiffening", 1, 2),
-        ("shear_theory", 3, 1),
-    ],
+    mostly_slow(
+        [
+            ("added_mass", 1, 2),
+            ("axial_force", 1, 1),
+            ("external_damping", 1, 2),
+            ("hub_stiffening", 1, 2),
+            ("shear_theory", 3, 1),
+        ],
+        but=["external_damping", "shear_theory"],
+    ),
 )
 def test_it_is_named_or_among_those_that_explain_the_data_as_well(rotor, hide, name, seed, step):
     measurement, located, [size] = hide(name, seed)

@@ -83,6 +83,7 @@ def test_a_runout_behind_a_large_slope_of_the_stiffness_is_named_too(rotor, fine
         assert abs(value - (interval.low + interval.high) / 2) < interval.high - interval.low
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "places", "values"),
     [

@@ -54,6 +54,7 @@ def test_only_effects_at_the_place_are_left(rotor):
     assert module.acting_where(spread, trials, baseline) is trials
 
 
+@pytest.mark.slow
 def test_what_is_located_is_no_pair_of_effects_elsewhere(rotor, hide, monkeypatch):
     """A further unbalance and a library without it: pairs are sought of effects at its place alone, and the location is found once."""
     measurement, effect, _ = hide("unbalance", 3)

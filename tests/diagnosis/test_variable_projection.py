@@ -82,6 +82,7 @@ def test_effects_on_a_real_run_up_end_at_the_best_maximum_of_their_neighbours():
     assert found["runout"] == pytest.approx(117.7, abs=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not RUN_UP.is_file(), reason=f"{RUN_UP} is not here: public data that are not committed")
 @pytest.mark.parametrize(
     ("layout", "position", "drop", "rate"),

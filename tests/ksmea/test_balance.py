@@ -93,6 +93,7 @@ def few_draws(monkeypatch):
     monkeypatch.setattr("ksmea.balancing.correction.N_DRAW", 200)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 def test_intervals_of_repeats_hold_the_truth_as_often_as_they_say():
     """Repeats of 0.3 µm noise: 95 % regions of unknown weights and corrections, 150 draws. Three standard deviations of a

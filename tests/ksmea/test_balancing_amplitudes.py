@@ -90,6 +90,7 @@ def test_the_error_of_the_correction_is_that_of_the_formula(effect):
     assert np.sqrt(np.mean(stated)) == pytest.approx(rms[1], rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 def test_intervals_hold_the_truth():
     """95 % regions, 300 draws of noise that is stated: two standard deviations of the share are 2.5 %; the disc of an error

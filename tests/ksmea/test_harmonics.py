@@ -96,6 +96,7 @@ def test_data_without_1x_are_refused():
         Measurement(np.ones(3), CHANNELS[2:3], np.ones((3, 1), complex), None, "test")
 
 
+@pytest.mark.slow
 def test_identification_is_the_one_of_1x_alone():
     """Whatever stands at 2X: a model that has no response there learns nothing of it, nor of its noise."""
     rotor, data = synthetic()

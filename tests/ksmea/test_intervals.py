@@ -21,6 +21,7 @@ from ksmea.problem.counted import Model
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.problem.problem import Problem
 from problems.three_disk import ThreeDisk
+from tiers import mostly_slow
 
 
 class Curve(Problem):
@@ -224,7 +225,7 @@ def test_without_a_check_the_model_is_not_evaluated():
     )
 
 
-@pytest.mark.parametrize(("kind", "told"), [("amplitude", True), ("complex", False)])
+@pytest.mark.parametrize(("kind", "told"), mostly_slow([("amplitude", True), ("complex", False)], but=["amplitude"]))
 def test_intervals_of_the_rotor_hold_the_truth_as_often_as_they_say(kind, told):
     """200 intervals of 95 % from 40 draws and five unknowns; 12 and 6 misses of the first three together, of 120, have a
     chance of 2 %; results/reference/coverage.csv has 2000 draws from honest starts."""

@@ -63,6 +63,7 @@ def test_a_name_that_an_old_module_did_not_have_is_missing_as_ever(package):
     assert not hasattr(importlib.import_module(f"ksmea.{package}"), "nonsense")
 
 
+@pytest.mark.slow
 def test_a_plugin_that_imports_from_old_paths_runs(tmp_path):
     (tmp_path / "centre.py").write_text(PLUGIN)
     words = ["+experiment=table3", "plugins=[centre.py]", "method=direct", "optimizer=centre", "repetitions=1"]

@@ -27,6 +27,7 @@ def falling(part):
     return problem, np.array([STIFFNESS, -0.8, part * DAMPING * NATURAL])
 
 
+@pytest.mark.slow
 def test_the_interval_holds_as_many_draws_of_the_estimates_as_it_says():
     problem, x = falling(0.4)
     noise = Noise(0.01, 0.0)

@@ -46,6 +46,7 @@ def test_a_force_elsewhere_is_rejected_and_no_value_stands_beside_it(rotor, data
     assert "Nothing that was tried" in str(result)
 
 
+@pytest.mark.slow
 def test_without_it_the_table_is_as_it_was(rotor, data):
     result = ksmea.identify(rotor, data, **FAST)
     assert result.record.location is None and "value_beside" not in result.to_frame()

@@ -67,6 +67,7 @@ def test_further_speeds_are_seen_without_weights():
     np.testing.assert_allclose(free.response(X[None]), bare.response(X[None, 2:]), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_intervals_of_size_and_angle_hold_the_truth_as_often_as_they_say():
     """Data by the dense route on a finer mesh. Of 60 draws 95 % are 57; 51 or fewer would come in 1 % of such tests."""
     mean, rng = (

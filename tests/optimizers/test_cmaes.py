@@ -57,6 +57,7 @@ def test_it_follows_the_bent_valley_of_rosenbrock(seed):
     assert np.allclose(found.u, 0.75, rtol=0, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_restarts_find_the_lowest_of_many_minima_more_often():
     def found(restarts):
         runs = [

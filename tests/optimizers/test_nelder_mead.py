@@ -32,6 +32,7 @@ def test_a_minimum_on_the_bounds_is_reached():
     assert np.allclose(found.u, np.clip(target, 0, 1), rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_restarts_find_the_lowest_of_many_minima():
     """Of 8² minima in two dimensions one start finds the lowest rarely; 5000 evaluations are some fifty starts."""
     found = [

@@ -38,6 +38,7 @@ def test_disks_and_probes_are_where_their_kind_has_them(kind, number):
         assert abs(np.cos(np.radians(one - other))) < 1e-9
 
 
+@pytest.mark.slow
 def test_unknowns_are_of_one_to_three_bearings_and_of_one_unbalance_or_two():
     counts, unbalances = set(), set()
     for kind, number in [(kind, number) for kind in KINDS for number in range(8)]:

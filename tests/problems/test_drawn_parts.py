@@ -21,6 +21,7 @@ from problems.drawn_parts import (
     SUPPORT_STIFFNESS,
     SWIRL,
 )
+from tiers import mostly_slow
 
 ALL = tuple(PARTS)
 NUMBERS = (0, 1, 2)
@@ -91,6 +92,7 @@ def test_a_seal_is_known_and_within_its_ranges(number):
     assert seal.position in [disk.position for disk in instance.problem.rotor.disks]
 
 
+@pytest.mark.slow
 def test_a_support_is_known_or_one_more_unknown():
     known = set()
     for number in range(6):
@@ -126,11 +128,12 @@ def test_an_unknown_part_is_refused():
         Drawn(machine_parts=["seal"])
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", mostly_slow(FAMILIES, but=["two_disk"]))
 def test_the_exam_of_problems_passes(family):
     check_problem(Drawn(family=family, machine_parts=list(ALL)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family, number", [("isotropic", 0), pytest.param("three_disk", 3, marks=pytest.mark.slow)])
 def test_identification_finds_what_was_drawn(family, number):
     """All intervals of 99.9 % hold the truth; of the 10 of two instances one fails in 100 noises."""

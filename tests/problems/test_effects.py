@@ -16,6 +16,7 @@ from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.response.unknowns import BearingTarget, Unknown
 from problems.three_disk import ThreeDisk, three_disk_rotor
+from tiers import mostly_slow
 
 EXPECTED = {
     "annular_seal": 2,
@@ -69,8 +70,15 @@ def places(name):  # a local force: at a bearing and between nodes, by each law 
     return effect(name).locations(PLAIN) or [effect(name, position=position, law=law) for law, position in given]
 
 
+def law(place):
+    return getattr(place, "law", "")
+
+
 PLACED = [(name, place) for name in NAMES for place in places(name)]
-every_place = pytest.mark.parametrize("name, place", PLACED, ids=[f"{name} {place}" for name, place in PLACED])
+FIRST = list({(name, law(place)): (name, place) for name, place in reversed(PLACED)}.values())  # of each effect and law
+every_place = pytest.mark.parametrize(
+    "name, place", mostly_slow(PLACED, but=FIRST), ids=[f"{name} {place}" for name, place in PLACED]
+)
 
 
 def random_sets(problem, n, seed):
@@ -206,10 +214,11 @@ PAIRS = [pair for pair in itertools.combinations(NAMES, 2) if {*pair} not in REF
 
 
 # every sixth pair, in which each effect occurs
-SOME = [pair if n % 6 == 0 else pytest.param(pair, marks=pytest.mark.slow) for n, pair in enumerate(PAIRS)]
-
-
-@pytest.mark.parametrize("names", SOME, ids=[" ".join(pair) for pair in PAIRS])
+@pytest.mark.parametrize(
+    "names",
+    [pair if n % 6 == 0 else pytest.param(pair, marks=pytest.mark.slow) for n, pair in enumerate(PAIRS)],
+    ids=[" ".join(pair) for pair in PAIRS],
+)
 def test_pairs_are_problems_and_their_order_is_none(names):
     one, other = (places(name)[-1] for name in names)
     problem, swapped = other.added_to(one.added_to(PLAIN)), one.added_to(other.added_to(PLAIN))

@@ -15,6 +15,7 @@ from problems.rotor.finite_elements.assembly import Matrices
 from problems.rotor.free_motion.stability import low_modes
 from problems.rotor.response.dense import dynamic_stiffness
 from swept_rotor import swept, swept_response
+from tiers import mostly_slow
 
 SPEED = np.linspace(85.0, 260.0, 176)
 NONE = np.zeros((3, 3))
@@ -88,7 +89,7 @@ def acceleration(problem, **settings):
     return registry.create("effect", "run_up_acceleration", settings).placed_on(problem)
 
 
-@pytest.mark.parametrize("rate", [48.0, -48.0])
+@pytest.mark.parametrize("rate", mostly_slow([48.0, -48.0], but=[48.0]))
 def test_a_rotor_on_its_bearings_responds_as_integrated(rate):
     """Gyroscopic forces are small in this rig: within 1 % of the peak, 0.6 % of which is for modes that the
     integration leaves out; the sweep changes a third of it."""

@@ -22,6 +22,7 @@ from problems.rotor.free_motion.modes import eigenpairs
 from problems.rotor.response.dense import dense_response
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Unknown
+from tiers import mostly_slow
 
 STEEL = Material(2.1e11, 7850.0, 0.3)
 SLEEVE = Material(6895.0, 7850.0, 0.3)  # 1 psi: a mass that carries no load
@@ -91,7 +92,7 @@ def test_a_general_ring_of_constant_section_is_the_cylinder():
         np.testing.assert_allclose(other, one, atol=1e-12 * np.abs(one).max())
 
 
-@pytest.mark.parametrize("n_element", [1, 3])
+@pytest.mark.parametrize("n_element", mostly_slow([1, 3], but=[1]))
 def test_cones_move_like_many_short_cylinders(n_element):
     """Steps of constant section converge with the square of their length: 160 are within 2e-5. One element per cone, whose radius doubles,
     is within its own mesh error of the fourth mode; three are 25 times nearer."""

@@ -33,6 +33,7 @@ from problems.rotor.response.unknowns import BearingTarget, Unknown
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging
 from surrogates.rational import Rational
+from tiers import mostly_slow
 
 PLAIN = ThreeDisk().build()
 REFERENCE = np.array(list(ThreeDisk().reference().values()))
@@ -204,7 +205,7 @@ def test_where_it_is_not_rational_the_run_can_stop():
         identified(HARDENED, HARDENED_DATA, 16, surrogate={"fallback": "stop"})
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", mostly_slow(range(4), but=[0]))
 def test_all_five_unknowns_without_noise_from_13_evaluations(seed):
     """Amplitudes of any truth between the limits; no evaluation beside the 13 samples. `benchmarks/rational.py` has 100."""
     problem = CountedProblem(PLAIN)
@@ -215,7 +216,7 @@ def test_all_five_unknowns_without_noise_from_13_evaluations(seed):
     assert found.stop == "optimizer" and found.updates == 0 and found.modelled is None
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", mostly_slow(range(3), but=[0]))
 def test_with_noise_it_ends_at_the_maximum_of_the_true_models_likelihood(seed):
     """So that it is as near to the CRLB as any method can be: a hundredth of it is far below what 100 draws could see."""
     noise = Noise(0.1, 0.0)

@@ -70,7 +70,7 @@ def _rows(record: IdentifiabilityRecord, name: str, entries: Sequence[Variation]
     present = half_widths([record.crlb_si], record)[0]
     elements = list[Element]()
     for number, (unknown, (colour, _)) in enumerate(_styles(record).items()):
-        y = np.arange(len(entries)) + 0.6 * ((number + 0.5) / len(present) - 0.5)
+        y = np.arange(len(entries), dtype=float) + 0.6 * ((number + 0.5) / len(present) - 0.5)
         x, said = np.minimum(widths[:, number], MOST_PCT), f"{unknown}: ± {{x:.3g}} %"
         elements.append(Points(x, y, symbol(number), name=unknown, colour=colour, said=said))
         elements += _beyond(y, widths[:, number], colour, in_rows=True)
