@@ -47,7 +47,8 @@ TRIED = {"effect": {"on": ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=7)}}
 EXAMS = {group: getattr(testing, f"check_{group}") for group in registry.CONTRACTS if group not in ("study", "report")}
 SHIPPED = [(group, name) for group in EXAMS for name in registry.registered(group)]
 COSTLY = [("optimizer", name) for name in ("chain", "cmaes", "dual_annealing", "nelder_mead")] + [("surrogate", "gpr")]
-EACH = mostly_slow(SHIPPED, but=[pair for pair in SHIPPED if pair not in COSTLY])
+EFFECTS = [("effect", name) for name in ("clearance_rub", "residual_bow", "runout", "unbalance", "youngs_modulus")]
+EACH = mostly_slow(SHIPPED, but=[pair for pair in SHIPPED if pair[0] != "effect" and pair not in COSTLY] + EFFECTS)
 GOOD = {  # made to keep every property; the others are made of them
     "optimizer": (Shrinking(), {}),
     "surrogate": (Radial(), {}),

@@ -27,11 +27,13 @@ def checked(*options: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, check=False, capture_output=True, text=True, cwd=ROOT)
 
 
+@pytest.mark.slow
 def test_the_types_hold():
     done = checked()
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_a_wrong_call_is_reported(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(WRONG)

@@ -35,6 +35,7 @@ from measurements.file import File
 from problems.extended_file import ExtendedFile
 from problems.rotor_file import RotorFile
 from problems.three_disk import ThreeDisk
+from tiers import mostly_slow
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 CAMPAIGN, RUNS = "campaign.yaml", "two_runs.csv"
@@ -95,6 +96,7 @@ def use_results(folder):
         raise SettingError("\n".join(refused[:1]))
 
 
+TABLES = ("machine_sheet", "campaign_runs")  # in another form
 TARGETS = {  # the file that is damaged, the slips, and what is done with its folder
     "rotor": ("rotor.yaml", YAML, lambda folder: use_file(RotorFile(file=str(folder / "rotor.yaml")))),
     "machine": ("machine.yaml", YAML, lambda folder: use_file(RotorFile(file=str(folder / "machine.yaml")))),
@@ -128,12 +130,7 @@ def with_sheet(folder):
     (folder / "sheet.yaml").write_text(content)
 
 
-SLOW = ("machine_sheet", "campaign_runs")  # tables in another form
-
-
-@pytest.mark.parametrize(
-    "target", [pytest.param(target, marks=[pytest.mark.slow] * (target in SLOW)) for target in TARGETS]
-)
+@pytest.mark.parametrize("target", mostly_slow(TARGETS, but=[target for target in TARGETS if target not in TABLES]))
 def test_damaged_files_are_read_or_refused_in_one_visible_line(target, table3, tmp_path):
     file, slips, attempt = TARGETS[target]
     folder = Path(shutil.copytree(table3.output, tmp_path / "table3"))
@@ -143,7 +140,7 @@ def test_damaged_files_are_read_or_refused_in_one_visible_line(target, table3, t
     with_sheet(folder)
     examples = settings().max_examples
     if attempt is use_results:  # seven commands each
-        examples //= 4
+        examples //= 8
 
     @settings(max_examples=examples)
     @given(damaged((folder / file).read_bytes(), slips))

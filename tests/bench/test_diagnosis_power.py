@@ -133,6 +133,7 @@ def test_its_files_hold_every_draw_and_the_page_shows_names_as_text(ended):
     assert "&lt;b&gt;data" in page and "<b>" not in page and "http" not in page.replace("http-equiv", "")
 
 
+@pytest.mark.slow
 def test_each_cell_draws_noise_of_its_own(ended):
     seeds = [cell["seed"] for cell in ended.cells()]
     assert len(set(seeds)) == len(seeds) == 5

@@ -90,6 +90,7 @@ def _chosen(settings, name):
     return settings[part]
 
 
+@pytest.mark.slow
 def test_every_experiment_of_the_folder_is_planned(compose_all, place):
     names = sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
     assert names == sorted([*TABLES, "paper", "sweep", *REPETITIONS])

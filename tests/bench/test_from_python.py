@@ -25,6 +25,7 @@ def small(tmp_path_factory):
     return bench.run("table3", output=tmp_path_factory.mktemp("small"), **SMALL)
 
 
+@pytest.mark.slow
 def test_it_is_the_command_lines_experiment(small, apart, tmp_path):
     words = [word for key, value in SMALL.items() for word in _words(key, value)]
     by_command = apart("+experiment=table3", *words, cwd=tmp_path)

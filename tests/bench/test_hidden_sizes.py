@@ -32,11 +32,21 @@ LIMITED = (
 SLIGHT = ("disk_inertia", "probe_position")  # within the limits of a drawing
 
 
+NONLINEAR = ("bilinear_stiffness", "clearance_rub", "cubic_stiffness")  # drawn for a second or more
+
+
 def placed(name):
     return registry.create("effect", name, {}).locations(PLAIN)[0]
 
 
-@pytest.mark.parametrize("name", [name for name in registry.registered("effect") if name != "local_force"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name in NONLINEAR))
+        for name in registry.registered("effect")
+        if name != "local_force"
+    ],
+)
 def test_what_a_drawn_effect_changes_is_of_the_size_of_the_response_and_the_rotor_is_stable(name):
     effect = placed(name)
     extended = effect.added_to(PLAIN)

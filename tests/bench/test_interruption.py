@@ -103,6 +103,7 @@ def test_sigkill_keeps_what_is_finished_and_the_next_call_does_the_rest(interrup
     assert_completed_as_undisturbed(ended, table3, kept)
 
 
+@pytest.mark.slow
 def test_a_second_call_into_the_same_output_is_refused(tmp_path, enter, quick, start):
     first = start([*quick, "repetitions=4", "workers=1"], tmp_path)
     record_file = tmp_path / "results" / "table3" / "records" / "batch-0000.jsonl"

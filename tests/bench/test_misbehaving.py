@@ -7,6 +7,7 @@ import os
 import pytest
 
 from misbehaving_plugins import AT_IMPORT, IN_SETTINGS, WHILE_IT_RUNS, source
+from tiers import mostly_slow
 
 FAST = ["repetitions=2", "workers=2"]
 FEW_POINTS = ["optimizer=random_search", "optimizer.evaluations=100"]
@@ -71,10 +72,7 @@ def assert_unharmed(kind, together, alone):
         assert line["parameters"] == expected["parameters"] and line["misfit"] == expected["misfit"]
 
 
-SLOW = [kind for kind in COMMANDS if kind != "optimizer"]  # which may do all of it
-
-
-@pytest.mark.parametrize("kind", [pytest.param(kind, marks=[pytest.mark.slow] * (kind in SLOW)) for kind in COMMANDS])
+@pytest.mark.parametrize("kind", mostly_slow(COMMANDS, but=["optimizer"]))
 def test_whatever_it_does_while_it_runs(kind, apart, alone, tmp_path):
     doing = {name: WHILE_IT_RUNS[name] for name in DONE[kind]}
     plugins = {
@@ -100,7 +98,8 @@ def processes():
             continue
 
 
-@pytest.mark.parametrize("kind", ["optimizer", pytest.param("measurement", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", mostly_slow(["optimizer", "measurement"], but=["optimizer"]))
 def test_whatever_it_does_while_it_is_imported(kind, apart, alone, tmp_path):
     texts = {f"bad{n}": source(kind, at_import=each, name=f"Bad{n}") for n, (each, _) in enumerate(AT_IMPORT.values())}
     ended, together = run(apart, tmp_path, kind, texts)
@@ -139,6 +138,7 @@ def test_processes_that_settings_start_end_with_the_plan(apart, tmp_path):
     assert not [each for each in processes() if "sleep 299" in each]
 
 
+@pytest.mark.slow
 def test_one_that_is_chosen_alone_is_refused_in_one_line(apart, tmp_path):
     for number, (text, reason) in enumerate((*AT_IMPORT.values(), *IN_SETTINGS.values())):
         if not reason or "hangs" in text or "sleep" in text:

@@ -121,6 +121,7 @@ def test_each_figure_is_saved_as_picture_and_as_its_own_numbers(driver, many, tm
     assert errors(driver) == [] and requests(driver) == []
 
 
+@pytest.mark.slow
 def test_a_table_that_is_wider_than_the_page_says_so(driver, identified):
     wide = "return [...document.querySelectorAll('.scroll')].map((box) => box.scrollWidth > box.clientWidth + 1)"
     told = "return [...document.querySelectorAll('.more')].map((said) => !said.hidden)"
@@ -141,6 +142,7 @@ def test_tables_are_sorted_by_a_button(driver, identified):
     assert driver.execute_script(first) == "u"
 
 
+@pytest.mark.slow
 def test_it_is_printed_light_and_whole(driver, identified):
     shown(driver, identified, 1200, dark=True)
     printed = driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})

@@ -98,6 +98,7 @@ def test_a_command_in_a_process_of_its_own(encoding, tmp_path):
     assert (done.returncode, done.stderr) == (0, "") and "plan" in done.stdout
 
 
+@pytest.mark.slow
 def test_signs_in_plain_ones():
     """The substitute of a sign is ASCII, and means as much."""
     assert all(plain.isascii() and plain for plain in SIGNS.values())

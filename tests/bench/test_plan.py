@@ -20,6 +20,7 @@ from bench.storage.own_files import CONF
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
 from ksmea.settings.settings import own_fields
+from tiers import mostly_slow
 
 COMPONENTS = ["noise", "design", "surrogate", "optimizer", "hidden", "diagnosis"]
 
@@ -126,10 +127,10 @@ def settings_of_every_plugin(groups, study):
 OF_DATA = ("problem", "measurement", "study")
 
 
-OTHERS = [pytest.param(study, OF_DATA, marks=pytest.mark.slow) for study in ("identifiability", "plan")]
+OTHERS = [(study, OF_DATA) for study in ("identifiability", "plan")]
 
 
-@pytest.mark.parametrize(("study", "groups"), [("identify", registry.GROUPS), *OTHERS])
+@pytest.mark.parametrize(("study", "groups"), mostly_slow([("identify", registry.GROUPS), *OTHERS], but=["identify"]))
 def test_the_key_changes_with_every_setting_of_every_plugin(study, groups, compose):
     noisy = {} if study == "identify" else {"measurement.floor": 0.5}  # which the others cannot do without
     blocks = [noisy]
@@ -303,6 +304,7 @@ def test_a_repetition_has_the_same_seeds_for_all_methods_and_samples(compose):
         assert len(seeds) == 8 and all(each == seeds[0] for each in seeds)
 
 
+@pytest.mark.slow
 def test_cells_with_seeds_of_their_own_draw_other_numbers_and_keep_them_among_others(compose):
     runout = "measurement.hidden=[runout]"  # which is drawn faster than others
     words = ["+experiment=diagnosis_effects", "repetitions=1", runout]

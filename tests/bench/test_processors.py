@@ -34,6 +34,7 @@ def resumed(shell, cheapest, tmp_path_factory):
     return calls
 
 
+@pytest.mark.slow
 def test_each_session_says_on_what_it_computed(resumed):
     assert [line["platform"] for line in resumed[1].events("session")] == ["x86_64 Nehalem", "x86_64 Katmai"]
     assert Counter(processors(resumed[1].output).values()) == {"x86_64 Nehalem": 4, "x86_64 Katmai": 2}
@@ -45,6 +46,7 @@ def here(resumed, tmp_path):
     shutil.copytree(resumed[1].output, tmp_path / "results/run")
 
 
+@pytest.mark.slow
 def test_a_mixture_is_told_below_the_table_and_by_status(resumed, here, enter):
     """Nothing is stale: the runs of the first kernel stay, and it is said."""
     first, second = resumed
@@ -54,6 +56,7 @@ def test_a_mixture_is_told_below_the_table_and_by_status(resumed, here, enter):
     assert MIXED in enter("collect", "run").out
 
 
+@pytest.mark.slow
 def test_explain_names_the_kernel_of_a_run(resumed, here, enter):
     runs = resumed[1].runs()
     for repetition, kernel in ((0, "Nehalem"), (2, "Katmai")):
@@ -71,6 +74,7 @@ def test_runs_that_are_taken_over_keep_the_kernel_that_computed_them(resumed, sh
     assert set(processors(other.output).values()) == {"x86_64 Nehalem"}
 
 
+@pytest.mark.slow
 def test_no_reference_is_made_of_a_mixture(resumed, tmp_path):
     write_plan(dataclasses.replace(read_plan(resumed[1].output), commit="c0de"), resumed[1].output)  # as if committed
     with pytest.raises(SettingError, match="expected results of one kind of processor, but runs were computed on"):

@@ -79,6 +79,7 @@ def test_a_folder_that_is_not_there_is_one_line(enter, cheapest, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_experiments_of_one_share_what_they_have_in_common(enter, cheapest):
     """The sweep's cell without a change is Table 3's; an earlier table3 of its own is shared as well."""
     words = [*cheapest, "problem.mesh=13", "measurement.relative=0.1"]

@@ -221,6 +221,7 @@ def test_whatever_happens_to_jobs_the_others_do_what_they_could_not(submitted, p
     resume()
 
 
+@pytest.mark.slow
 def test_a_sweep_gives_the_tables_of_a_serial_run(call, place, serial):
     code, out, err = call(*WORDS, *ARRAY, "output=waited")
     assert code == 0, err
@@ -264,6 +265,7 @@ def test_whoever_waits_may_be_killed_and_the_same_command_goes_on(place, call, s
     assert_same_tables(place / "orphaned", serial)
 
 
+@pytest.mark.slow
 def test_a_job_with_other_code_than_the_plan_computes_nothing(call, place):
     """The package was changed between planning and the start of the jobs."""
     slurm("scontrol", "update", "nodename=n[1-4]", "state=drain", "reason=test")

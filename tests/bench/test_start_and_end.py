@@ -52,6 +52,7 @@ def test_an_error_of_the_system_asks_for_fewer_workers(monkeypatch, capsys):
     assert "with fewer workers, such as workers=2" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_sigterm_leaves_the_word_that_ctrl_c_leaves(quick, start, tmp_path):
     process = start([*quick, "repetitions=20", "workers=1"], tmp_path)
     records = tmp_path / "results" / "table3" / "records" / "batch-0000.jsonl"

@@ -17,6 +17,7 @@ from ksmea.show.diagnosis_text import text
 from ksmea.studies.diagnose import DiagnosisOptions, Report, diagnosis
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, TRUTH, registered_effects
+from tiers import mostly_slow
 
 Z95, Z90 = 1.959964, 1.644854  # two-sided quantiles of the normal distribution
 
@@ -107,7 +108,7 @@ def diagnosed(seed, **options):
 
 
 @pytest.mark.xdist_group("heavier or softer")
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", mostly_slow([0, 1], but=[0]))
 def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(seed):
     """Mass or Young's modulus: one plane of probes cannot tell. Noise decides which is best, so that its intervals alone miss the
     stiffness in about half of all draws, by many of their widths. 95 % intervals of three unknowns are widened to twice
@@ -149,6 +150,7 @@ def test_the_lead_has_the_weight_that_the_list_shows():
     assert heaviest(names, near) == 0  # 0.18 to 0.82 is no clear lead: BIC decides
 
 
+@pytest.mark.slow
 def test_two_unequal_bearings_are_averaged_with_one_meaning_of_their_coefficients(rotor, hide):
     """With stiffness alone or with damping it is bearing 2 that differs, so that kxx is of bearing 1 in both, 50 MN/m."""
     measurement, _, _ = hide("unequal_bearings", 6)

@@ -20,6 +20,7 @@ from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response import dense
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
+from tiers import mostly_slow
 
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5, 1.0], n_speed=40).build()
@@ -78,7 +79,7 @@ BY_MATRICES = {  # law, quantity, load (n_speed, 2) of its own, impedance (n_spe
 }
 
 
-@pytest.mark.parametrize("key", BY_MATRICES)
+@pytest.mark.parametrize("key", mostly_slow(BY_MATRICES, but=list(BY_MATRICES)[:2]))
 def test_a_law_put_into_the_matrices_is_found_with_its_size(key):
     quantity, load, impedance, sizes = BY_MATRICES[key]
     at_site = unit_loads(ROTOR, [Load(1.0, axis, quantity) for axis in "xy"], len(FINE.speed))
@@ -117,7 +118,7 @@ def site_of():
     return call
 
 
-@pytest.mark.parametrize("name", HIDDEN)
+@pytest.mark.parametrize("name", mostly_slow(HIDDEN, but=list(HIDDEN)[:2]))
 def test_the_law_that_acts_is_found_with_its_size(name, site_of):
     best = fitted_laws([site_of(name)[0]], site_of(name)[1])[0]
     assert best.law.name == name

@@ -23,6 +23,7 @@ from ksmea.problem.case import Case
 from ksmea.problem.load import FORCE
 from measurements.synthetic import Synthetic
 from problems.rk4_two_disk import RK4TwoDisk
+from tiers import mostly_slow
 
 LAYOUT = {"sensors": [0.12, 0.44], "directions": ["x", "y"], "n_speed": 24}
 SETTINGS, FINE = RK4TwoDisk(**LAYOUT), RK4TwoDisk(**LAYOUT, mesh=56)
@@ -54,7 +55,8 @@ def rubbing(position, kind="complex", harmonics=()):
     )
 
 
-@pytest.mark.parametrize("position", [0.16, pytest.param(0.4, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("position", mostly_slow([0.16, 0.4], but=[0.16]))
 def test_a_law_is_near_its_coefficients_before_any_fit(position):
     """The unbalance at the place does not show beside a free force there, nor where phases begin if the weight is at it too: they are
     found together with the law. The shaft leaves the clearance by so little that its contact stiffness shows in few data."""
@@ -131,6 +133,7 @@ def test_a_hard_stop_whose_force_has_much_3x_is_found_in_a_run_up_and_one_down()
     assert extended.parameters.to_si(points[0])[-3:] == pytest.approx(x[-3:], rel=0.05)  # 5 % noise of 192 complex data
 
 
+@pytest.mark.slow
 def test_a_rub_moves_3x_and_explains_no_2x():
     """Forces alike in opposite directions have odd harmonics: 2X stays as it is. A stop may move 3X even if it is not touched as
     fitted."""

@@ -17,6 +17,7 @@ from problems.rotor.finite_elements.segments import Disk
 from problems.rotor.response import dense
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
+from tiers import mostly_slow
 
 SENSORS, N_SPEED = [0.1, 0.5, 1.0], 40
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
@@ -40,7 +41,7 @@ def measured(rotor, seed):
     return Measurement(FINE.speed, FINE.channels, values, None, "test")
 
 
-@pytest.fixture(scope="module", params=["unbalance", pytest.param("mass", marks=pytest.mark.slow)])
+@pytest.fixture(scope="module", params=mostly_slow(["unbalance", "mass"], but=["unbalance"]))
 def found(request):
     rotor, true = HIDDEN[request.param]
     result = ksmea.locate(PROBLEM, measured(rotor, 1), positions=[0.2, 0.6, 1.0], kinds=["force"])

@@ -127,6 +127,7 @@ def test_a_law_takes_the_place_of_names_that_are_hardly_better(unnamed, better, 
     assert said.startswith("one with other would fit, but") and f"{where.law.position:g} m" in said
 
 
+@pytest.mark.slow
 def test_without_names_a_diagnosis_is_unknown(named):
     _, found = named
     record = diagnosis_record(without_names(found))
@@ -150,6 +151,7 @@ def test_two_channels_leave_it_unknown(rotor, hide):
     assert record.location is None and record.verdict in ("unknown", "adequate")
 
 
+@pytest.mark.slow
 def test_beside_a_name_it_is_a_second_opinion(unnamed, named):
     _, effect, _ = unnamed
     record, _ = named

@@ -26,6 +26,7 @@ from ksmea.units import DEGREE, MICROMETRE, RPM
 from measurements.sweeps import speed_history
 from problems.rk4_two_disk import RK4TwoDisk
 from swept_rotor import swept_response
+from tiers import mostly_slow
 
 ROOT = Path(__file__).parents[2]
 RK4_RUN_UP = Path(os.environ.get("KSMEA_DATA", ROOT.parent / "shared/data")) / "rk4/runup_bode_first_critical.csv"
@@ -45,7 +46,7 @@ def diagnosed(rate, seed):
 
 
 @pytest.mark.parametrize(
-    ("rate", "direction", "seed"), [(24.0, "run-up", 0), pytest.param(-15.0, "coast-down", 1, marks=pytest.mark.slow)]
+    ("rate", "direction", "seed"), mostly_slow([(24.0, "run-up", 0), (-15.0, "coast-down", 1)], but=[24.0])
 )
 def test_a_sweep_is_named_with_its_rate(rate, direction, seed):
     """Within the 95 % interval widened to twice its half-width: 99.99 %."""

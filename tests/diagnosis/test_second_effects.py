@@ -88,8 +88,8 @@ def test_a_runout_behind_a_large_slope_of_the_stiffness_is_named_too(rotor, fine
     ("name", "places", "values"),
     [
         ("runout", (0, 2), [1e-6, 0.0, 0.0, -1e-6]),
-        pytest.param("channel_gain", (0, 5), [0.12, -0.1], marks=pytest.mark.slow),
-        pytest.param("unbalance", (0, 1), [3e-5, 0.0, 0.0, 3e-5], marks=pytest.mark.slow),
+        ("channel_gain", (0, 5), [0.12, -0.1]),
+        ("unbalance", (0, 1), [3e-5, 0.0, 0.0, 3e-5]),
     ],
 )
 def test_one_effect_at_two_places_is_named_twice(rotor, fine, name, places, values):
@@ -106,6 +106,7 @@ def test_one_effect_at_two_places_is_named_twice(rotor, fine, name, places, valu
     assert list(second) == [f"{item}_{place}" for item in first]
 
 
+@pytest.mark.slow
 def test_pairs_that_explain_the_data_alike_are_all_reported(rotor, fine):
     """Mass and Young's modulus do the same; so do they beside a gain."""
     effects = [located(fine, "mass"), located(fine, "channel_gain", 3)]

@@ -44,6 +44,7 @@ def record():
     return located(6, FEW)
 
 
+@pytest.mark.slow
 def test_two_unbalances_on_other_disks_are_a_pair_of_forces(record):
     assert record.kind == PAIR
     assert record.sites[0].positions == (0.2, 1.0)
@@ -51,6 +52,7 @@ def test_two_unbalances_on_other_disks_are_a_pair_of_forces(record):
     assert any(site.kind == "force and moment" for site in record.candidates)  # tried beside it, and rejected
 
 
+@pytest.mark.slow
 def test_the_forces_of_a_pair_and_the_unknowns_beside_them_are_the_true_ones(record):
     assert record.force.positions == (0.2, 1.0) and record.force.stiffness == ()
     parts = {part.part: part for part in record.force.parts}
@@ -64,6 +66,7 @@ def test_the_forces_of_a_pair_and_the_unknowns_beside_them_are_the_true_ones(rec
         assert (each.over_sites.low or -np.inf) <= value <= (each.over_sites.high or np.inf)
 
 
+@pytest.mark.slow
 def test_a_pair_is_shown_with_both_places(record):
     assert LocationRecord.from_data(record.to_data()) == record
     said = text(record)

@@ -11,6 +11,7 @@ from ksmea.plugins import registry
 from ksmea.problem.case import Case
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.library import library
+from tiers import mostly_slow
 from tolerant_pump import pump, true_values
 
 RIVALS = ("spring_mass", "bearing_mass", "added_mass", "mass", "speed_dependent_stiffness")
@@ -22,7 +23,7 @@ HIDDEN = {  # settings and values of the unknowns, SI
 }
 
 
-@pytest.mark.parametrize("name", ["bearing_mass", pytest.param("spring_mass", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", mostly_slow(["bearing_mass", "spring_mass"], but=["bearing_mass"]))
 def test_it_is_named_with_its_sizes(tmp_path, name):
     given, sizes = HIDDEN[name]
     settings = pump(tmp_path)

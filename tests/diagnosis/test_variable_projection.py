@@ -88,7 +88,7 @@ def test_effects_on_a_real_run_up_end_at_the_best_maximum_of_their_neighbours():
     ("layout", "position", "drop", "rate"),
     [
         ("beam_model", 0.12, 189.9, 167.2),
-        pytest.param("bearing_centres_560", 0.08, 146.4, 217.5, marks=pytest.mark.slow),
+        ("bearing_centres_560", 0.08, 146.4, 217.5),
     ],
 )
 def test_the_best_sweep_of_a_real_run_up_is_found_from_any_screening(layout, position, drop, rate):

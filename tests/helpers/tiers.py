@@ -1,11 +1,14 @@
-"""Parameters of tests of which most are a further draw or variant: those are in the slow tier (CONTRIBUTING.md)."""
+"""Values of parameters of which most are in the slow tier of tests (CONTRIBUTING.md)."""
 # Shorter than 40 lines: one function, which tests of all folders share.
 
 import pytest
 
 
 def mostly_slow(values, *, but):
-    """The values of a parameter (or tuples of several), each marked slow unless it is in `but` or its first is."""
+    """Values of a parameter, or tuples of several, each marked slow.
+
+    Not marked are those in `but`, and tuples whose first value is.
+    """
     return [each if each in but or _first(each) in but else _slow(each) for each in values]
 
 

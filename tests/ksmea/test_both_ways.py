@@ -92,6 +92,7 @@ def by_differences():
     return found
 
 
+@pytest.mark.slow
 def test_identify_by_differences_says_what_it_cannot_know(by_differences):
     """Whatever run is the reference."""
     found = by_differences

@@ -13,6 +13,7 @@ from ksmea.problem.journal import Journal, JournaledProblem
 from ksmea.problem.problem import Problem
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging
+from tiers import mostly_slow
 
 
 class PowerCut(BaseException):
@@ -78,7 +79,7 @@ def cheap(name):
     return plugin_class("optimizer", name)(**CHEAP[name])
 
 
-@pytest.mark.parametrize("name", sorted(CHEAP))
+@pytest.mark.parametrize("name", mostly_slow(sorted(CHEAP), but=["cmaes", "de", "lm"]))
 @pytest.mark.parametrize("method", ["direct", "ksmea"])
 def test_a_run_cut_off_twice_ends_like_an_undisturbed_one(method, name, problem, measurement, tmp_path):
     made = {

@@ -27,6 +27,7 @@ from ksmea.studies import misreadings as module
 from ksmea.studies.misreadings import misreadings
 from optimizers.lm import LM
 from problems.three_disk import ThreeDisk
+from tiers import mostly_slow
 
 TRUTH = {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 2e-4, "phase_origin": 0.6}
 NOISE = Noise(0.06, 1e-7)
@@ -185,12 +186,15 @@ def test_only_an_unbalance_inside_its_limits_takes_a_factor(u, factor, is_taken)
 
 
 @pytest.mark.parametrize("kind", ["complex", "amplitude"])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", mostly_slow([1, 2], but=[1]))
 def test_of_right_data_nothing_is_said_even_if_it_is_asked(kind, seed):
     assert looked_at(problem(kind), measured(kind, seed=seed)) == ()
 
 
-@pytest.mark.parametrize("effect", ["cross_coupling_antisymmetric", "internal_damping", "probe_rotation", "runout"])
+@pytest.mark.parametrize(
+    "effect",
+    mostly_slow(["cross_coupling_antisymmetric", "internal_damping", "probe_rotation", "runout"], but=["runout"]),
+)
 def test_a_wrong_model_is_not_called_a_misreading(effect):
     """Effects that drive whirl, turn probes or add to every datum."""
     assert looked_at(problem(), measured(effect=effect)) == ()

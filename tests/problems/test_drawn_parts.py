@@ -134,7 +134,7 @@ def test_the_exam_of_problems_passes(family):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family, number", [("isotropic", 0), pytest.param("three_disk", 3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("family, number", [("isotropic", 0), ("three_disk", 3)])
 def test_identification_finds_what_was_drawn(family, number):
     """All intervals of 99.9 % hold the truth; of the 10 of two instances one fails in 100 noises."""
     instance = drawn(family, False, number, ALL)

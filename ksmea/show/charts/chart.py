@@ -261,7 +261,9 @@ class Chart:
 
 
 def named_rows(names: Iterable[str], label: str = "", group: str = "", *, beyond: float = 0.6) -> Axis:
-    """An axis of named rows, the first at the top: row n is at y = n, and the panel ends `beyond` the outer ones.
+    """Axis of named rows, the first at the top.
+
+    Row n is at y = n; the axis ends `beyond` the outer rows.
 
     >>> named_rows(["first", "second"]).ticks
     {0.0: 'first', 1.0: 'second'}
