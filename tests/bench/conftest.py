@@ -25,6 +25,9 @@ settings.register_profile("long", max_examples=2000, print_blob=True, **EVER)
 settings.load_profile("short")
 
 
+HERE = "{here}"  # a folder, in an output that is copied from one to another
+
+
 @dataclass(frozen=True)
 class Ended:
     """How a call of the bench ended, and the folder it wrote to."""
@@ -166,9 +169,10 @@ def table3(request, apart, quick, tmp_path_factory):
         if not (said := shared.with_suffix(".json")).exists():
             shared.mkdir()
             ended = made(shared)
-            said.write_text(json.dumps([ended.code, ended.out, ended.err]))
+            said.write_text(json.dumps([ended.code, ended.out.replace(str(shared), HERE), ended.err]))
     shutil.copytree(shared, own, dirs_exist_ok=True)
-    return Ended(*json.loads(said.read_text()), own / "results" / "table3")
+    code, out, err = json.loads(said.read_text())
+    return Ended(code, out.replace(HERE, str(own)), err, own / "results" / "table3")
 
 
 def undrawn(monkeypatch):

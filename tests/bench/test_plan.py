@@ -125,12 +125,10 @@ def settings_of_every_plugin(groups, study):
 
 
 OF_DATA = ("problem", "measurement", "study")
+STUDIES = [("identify", registry.GROUPS), ("identifiability", OF_DATA), ("plan", OF_DATA)]
 
 
-OTHERS = [(study, OF_DATA) for study in ("identifiability", "plan")]
-
-
-@pytest.mark.parametrize(("study", "groups"), mostly_slow([("identify", registry.GROUPS), *OTHERS], but=["identify"]))
+@pytest.mark.parametrize(("study", "groups"), mostly_slow(STUDIES, but=["identify"]))
 def test_the_key_changes_with_every_setting_of_every_plugin(study, groups, compose):
     noisy = {} if study == "identify" else {"measurement.floor": 0.5}  # which the others cannot do without
     blocks = [noisy]
