@@ -17,7 +17,6 @@ from ksmea.show.diagnosis_text import text
 from ksmea.studies.diagnose import DiagnosisOptions, Report, diagnosis
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, TRUTH, registered_effects
-from tiers import mostly_slow
 
 Z95, Z90 = 1.959964, 1.644854  # two-sided quantiles of the normal distribution
 
@@ -108,7 +107,8 @@ def diagnosed(seed, **options):
 
 
 @pytest.mark.xdist_group("heavier or softer")
-@pytest.mark.parametrize("seed", mostly_slow([0, 1], but=[0]))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
 def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(seed):
     """Mass or Young's modulus: one plane of probes cannot tell. Noise decides which is best, so that its intervals alone miss the
     stiffness in about half of all draws, by many of their widths. 95 % intervals of three unknowns are widened to twice
