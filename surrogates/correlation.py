@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -33,6 +35,10 @@ class Correlation(ABC):
     def between(self, theta: Array, points: Array, samples: Array) -> Array:
         """Rows r(u)ᵀ of eq. (17) for points (k, d) and samples (n, d) → (k, n)."""
 
+    def rows(self, theta: Array, samples: Array) -> Callable[[Array], Array]:
+        """`between` as a function of the points alone, for samples that many points are compared with."""
+        return partial(self.between, theta, samples=samples)
+
 
 class Gaussian(Correlation):
     """R = exp(−Σ_k θ_k h_k²), eq. (11) as DACE reads it."""
@@ -45,14 +51,24 @@ class Gaussian(Correlation):
         return -theta * (squared.reshape(len(theta), -1) @ weight.ravel())
 
     def between(self, theta: Array, points: Array, samples: Array) -> Array:
+        return self.rows(theta, samples)(points)
+
+    def rows(self, theta: Array, samples: Array) -> Callable[[Array], Array]:
         # −‖a − b‖² = 2 aᵀb − ‖a‖² − ‖b‖² as one matrix product; centred, so that little cancels in it.
-        centre = samples.mean(axis=0)
-        a = np.sqrt(theta) * (points - centre)
-        b = np.sqrt(theta) * (samples - centre)
-        left = np.column_stack([2 * a, -np.sum(a**2, axis=1), -np.ones(len(a))])
-        right = np.column_stack([b, np.ones(len(b)), np.sum(b**2, axis=1)])
-        exponent = left @ right.T
-        return np.exp(exponent, out=exponent)
+        centre, root = samples.mean(axis=0), np.sqrt(theta)
+        b = root * (samples - centre)
+        return partial(_gaussian, centre, root, np.column_stack([b, np.ones(len(b)), np.sum(b**2, axis=1)]))
+
+
+def _gaussian(centre: Array, root: Array, right: Array, points: Array) -> Array:
+    """Rows of `Gaussian` for points (k, d), from what samples alone determine."""
+    a = root * (points - centre)
+    left = np.empty((len(a), right.shape[1]))
+    left[:, :-2] = 2 * a
+    left[:, -2] = -np.sum(a**2, axis=1)
+    left[:, -1] = -1.0
+    exponent: Array = left @ right.T
+    return np.exp(exponent, out=exponent)
 
 
 class Matern52(Correlation):

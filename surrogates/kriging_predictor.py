@@ -59,6 +59,7 @@ class KrigingPredictor(Predictor):
         self.spread = spread
         self.n_repeated = n_repeated
         self._weights = [self._prediction_weights(group) for group in self.groups]
+        self._rows = [correlation.rows(group.theta, samples) for group in self.groups]
 
     @property
     def theta(self) -> Array:
@@ -87,8 +88,8 @@ class KrigingPredictor(Predictor):
             terms = self.trend.terms(points)
             features = np.empty((len(points), n + terms.shape[1]))
             features[:, n:] = terms
-            for group, weights in zip(self.groups, self._weights):
-                features[:, :n] = self.correlation.between(group.theta, points, self.samples)
+            for group, weights, rows in zip(self.groups, self._weights, self._rows):
+                features[:, :n] = rows(points)
                 predicted[first : first + CHUNK, group.outputs] = features @ weights
         return predicted
 

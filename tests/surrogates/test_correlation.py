@@ -28,6 +28,9 @@ def test_rows_between_points_and_samples_are_those_of_the_matrix(name):
     among = CORRELATIONS[name].among(THETA, squared_differences(u))
     # differences by a matrix product lose eps·θ
     np.testing.assert_allclose(CORRELATIONS[name].between(THETA, u[:3], u[3:]), among[:3, 3:], rtol=0, atol=40 * 4e-16)
+    np.testing.assert_array_equal(
+        CORRELATIONS[name].rows(THETA, u[3:])(u[:3]), CORRELATIONS[name].between(THETA, u[:3], u[3:])
+    )
 
 
 @pytest.mark.parametrize("name", CORRELATIONS)
