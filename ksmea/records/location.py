@@ -263,8 +263,8 @@ class LocationRecord(InNotation):
 
     @property
     def is_anywhere(self) -> bool:
-        """Whether something unknown explains the data at most of what was tried."""
-        return len(self.candidates) > 1 and len(self.sites) > MAX_SHARE * len(self.candidates)
+        """Whether something unknown explains the data at most of what was tried, and at three of them or more."""
+        return len(self.sites) >= FEWEST_SPREAD and len(self.sites) > MAX_SHARE * len(self.candidates)
 
     @property
     def is_spread(self) -> bool:
