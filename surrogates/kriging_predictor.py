@@ -102,8 +102,8 @@ class KrigingPredictor(Predictor):
         for first in range(0, len(u), CHUNK):
             points = u[first : first + CHUNK]
             terms = self.trend.terms(points)
-            for group in self.groups:
-                factor = self._variance_factor(group, points, terms)
+            for group, correlated in zip(self.groups, self._rows):
+                factor = self._variance_factor(group, correlated(points), terms)
                 rows = slice(first, first + CHUNK)
                 variance[rows, group.outputs] = np.outer(factor, group.estimate.process_variance)
         return variance * self.spread**2
@@ -127,7 +127,7 @@ class KrigingPredictor(Predictor):
         if np.any(np.all(self.samples == u, axis=1)):
             return self
         samples, outputs = np.vstack([self.samples, u]), np.vstack([self.outputs, y])
-        groups = [self._with_last_sample(group, samples, outputs) for group in self.groups]
+        groups = [self._with_last_sample(*each, samples, outputs) for each in zip(self.groups, self._rows)]
         return KrigingPredictor(
             samples, outputs, self.correlation, self.trend, groups, self.mean, self.spread, self.n_repeated
         )
@@ -138,22 +138,22 @@ class KrigingPredictor(Predictor):
         weights[len(self.samples)] += self.mean[group.outputs]
         return weights
 
-    def _variance_factor(self, group: OutputGroup, points: Array, terms: Array) -> Array:
-        """s²/σ² at points (k, d), (k,)."""
+    def _variance_factor(self, group: OutputGroup, correlation: Array, terms: Array) -> Array:
+        """s²/σ² (k,) at points with rows (k, n) of correlations and terms (k, p) of the trend."""
         estimate = group.estimate
         _, triangle = estimate.orthogonal_and_triangle
-        correlation = self.correlation.between(group.theta, points, self.samples)
         whitened = solve_lower(estimate.cholesky, correlation.T)  # C⁻¹r, (n, k)
         v = estimate.whitened_trend.T @ whitened - terms.T
         trend_part = np.linalg.solve(triangle.T, v)  # FᵀR⁻¹F = GᵀG
         return np.maximum(1.0 + np.sum(trend_part**2, axis=0) - np.sum(whitened**2, axis=0), 0.0)
 
-    def _with_last_sample(self, group: OutputGroup, samples: Array, outputs: Array) -> OutputGroup:
+    def _with_last_sample(
+        self, group: OutputGroup, correlated: Callable[[Array], Array], samples: Array, outputs: Array
+    ) -> OutputGroup:
         """The group with the last row of samples (n + 1, d) and outputs (n + 1, q) added to its estimates."""
         added = samples[-1:]
-        correlation = self.correlation.between(group.theta, added, self.samples)[0]
         estimate = group.estimate.append(
-            correlation, self.trend.terms(added)[0], self._standardised(outputs[-1:], group)[0]
+            correlated(added)[0], self.trend.terms(added)[0], self._standardised(outputs[-1:], group)[0]
         )
         if estimate is None:  # too close to another sample for the present nugget
             estimate = generalised_least_squares(

@@ -154,7 +154,7 @@ def _sizes(models: Sequence[Model], layout: Layout) -> Array:
 
 
 def _responses(models: Sequence[Model], layout: Layout) -> list[ComplexArray]:
-    """Response (n_speed, n_channel) of each model; those of one problem, which is reduced once, together."""
+    """Response (n_speed, n_channel) of each model, by one evaluation for all models of a problem."""
     found: dict[int, ComplexArray] = {}
     for problem in {id(problem): problem for problem, _ in models}.values():
         own = [index for index, (other, _) in enumerate(models) if other is problem]

@@ -167,7 +167,7 @@ def table3(request, apart, quick, tmp_path_factory):
     with open(shared.with_suffix(".lock"), "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (said := shared.with_suffix(".json")).exists():
-            shared.mkdir()
+            shared.mkdir(exist_ok=True)  # from an attempt that failed
             ended = made(shared)
             said.write_text(json.dumps([ended.code, ended.out.replace(str(shared), HERE), ended.err]))
     shutil.copytree(shared, own, dirs_exist_ok=True)

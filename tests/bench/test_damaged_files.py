@@ -140,7 +140,7 @@ def test_damaged_files_are_read_or_refused_in_one_visible_line(target, table3, t
     with_sheet(folder)
     examples = settings().max_examples
     if attempt is use_results:  # seven commands each
-        examples //= 8
+        examples //= 4
 
     @settings(max_examples=examples)
     @given(damaged((folder / file).read_bytes(), slips))
