@@ -42,7 +42,7 @@ from ksmea.problem.case import Case
 from ksmea.problem.held import holding_inputs
 from ksmea.problem.load import LOADS
 from ksmea.problem.problem import Problem
-from ksmea.records.location import LATERAL, MAX_PLACES, MAX_SHARE, is_nearest
+from ksmea.records.location import LATERAL, MAX_PLACES, is_at_most_sites, is_nearest
 
 FIRST_FLOOR = 0.1  # of the median of all values: the noise's floor in the first weights, relative to its relative part
 SHARED = 3  # best sites whose unknowns all sites are fitted from
@@ -93,7 +93,7 @@ class Location:
     @property
     def is_anywhere(self) -> bool:
         """Whether something unknown explains the data at most sites, so that no law determines its site."""
-        return len(self.accepted) > MAX_SHARE * len(self.sites)
+        return is_at_most_sites(len(self.accepted), len(self.sites))
 
     def accepts(self, position: float) -> bool:
         """Whether anything is accepted than which nothing that was tried is nearer to a position (m)."""

@@ -29,7 +29,7 @@ Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
 NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
 SAME = 1e-6  # m between positions of one place
-# If so much is accepted, nothing is located: of all that was tried, or of the places of forces and moments, which are so many at least
+# If so much is accepted, nothing is located: of all sites, or of the places of forces and moments, in each case so many at least
 MAX_SHARE, MAX_PLACES, FEWEST_SPREAD = 0.5, 1 / 3, 3
 
 
@@ -37,6 +37,11 @@ def is_nearest(position: float, tried: Sequence[float], accepted: Sequence[float
     """Whether a position (m) has none of the tried ones nearer to it than an accepted one."""
     nearest = min((abs(each - position) for each in tried), default=0.0)
     return any(abs(each - position) <= nearest + SAME for each in accepted)
+
+
+def is_at_most_sites(n_accepted: int, n_tried: int) -> bool:
+    """Whether so many of the tried sites explain the data, three or more, that none of them is located."""
+    return n_accepted >= FEWEST_SPREAD and n_accepted > MAX_SHARE * n_tried
 
 
 @dataclass(frozen=True)
@@ -263,8 +268,8 @@ class LocationRecord(InNotation):
 
     @property
     def is_anywhere(self) -> bool:
-        """Whether something unknown explains the data at most of what was tried, and at three of them or more."""
-        return len(self.sites) >= FEWEST_SPREAD and len(self.sites) > MAX_SHARE * len(self.candidates)
+        """Whether something unknown explains the data at most of the sites."""
+        return is_at_most_sites(len(self.sites), len(self.candidates))
 
     @property
     def is_spread(self) -> bool:

@@ -1,5 +1,6 @@
 """A sharp location ends the search of pairs of effects elsewhere."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ from ksmea.fits.search import Search
 from ksmea.location.location import Location
 from ksmea.location.unknown_force import Unmodelled
 from ksmea.problem.case import Case
+from ksmea.records.location import is_at_most_sites
 from tests.diagnosis.conftest import LESS, registered_effects
 
 PLACES = [0.1 * index for index in range(10)]
@@ -39,6 +41,17 @@ def location(force=(), moment=(), reading=()):
 )
 def test_a_location_is_sharp_at_few_places(accepted, is_sharp):
     assert location(**accepted).is_sharp is is_sharp
+
+
+@pytest.mark.parametrize(
+    ("n_accepted", "n_tried", "is_anywhere"), [(2, 3, False), (3, 3, True), (3, 6, False), (4, 6, True), (1, 1, False)]
+)
+def test_a_cause_is_anywhere_at_most_sites_and_three_or_more(n_accepted, n_tried, is_anywhere):
+    """Two of three stated places, or the only one, are places; the search and its record judge alike."""
+    tried = location(force=range(n_accepted))
+    some = dataclasses.replace(tried, sites=tried.sites[:n_tried], qualities=tried.qualities[:n_tried])
+    assert some.is_anywhere is is_anywhere
+    assert is_at_most_sites(n_accepted, n_tried) is is_anywhere
 
 
 def test_only_effects_at_the_place_are_left(rotor):

@@ -210,6 +210,14 @@ def accepted_at(record, **positions):
     return dataclasses.replace(record, candidates=tuple(candidates), kind="force", laws=())
 
 
+@pytest.mark.parametrize(("n_accepted", "is_spread"), [(1, False), (2, False), (3, True)])
+def test_a_cause_is_spread_over_three_of_the_stated_places_or_more(record, n_accepted, is_spread):
+    stated = [dataclasses.replace(each, accepted=index < n_accepted) for index, each in enumerate(record.candidates)]
+    assert len(stated) == 3
+    some = dataclasses.replace(record, candidates=tuple(stated), laws=())
+    assert some.is_anywhere is some.is_spread is is_spread
+
+
 def test_what_a_third_of_all_places_explain_is_not_located(record):
     """Forces at some places and moments at others count together: damping of a whole shaft is done by either."""
     assert accepted_at(record, force=(4, 5), moment=(4, 5)).is_local
