@@ -68,8 +68,15 @@ def _finding(record: DiagnosisRecord) -> str:
 
 
 def notes(record: DiagnosisRecord) -> str:
-    """Remarks on the data, a line each."""
-    return "\n".join(f"Note: {remark}" for remark in record.remarks)
+    """Remarks on the data, a line each, in which effects have their words."""
+    return "\n".join(f"Note: {_in_words(remark, record)}" for remark in record.remarks)
+
+
+def _in_words(remark: str, record: DiagnosisRecord) -> str:
+    """A remark on an effect, 'residual_bow: …', with its words in place of its name."""
+    name, colon, said = remark.partition(": ")
+    words = [each.statement.words for each in record.applied if each.name == name and each.statement is not None]
+    return f"{words[0]}{colon}{said}" if words else remark
 
 
 def evidence(record: DiagnosisRecord) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pandas as pd
@@ -60,29 +60,53 @@ def frame(record: IdentifiabilityRecord) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
+def finding(record: IdentifiabilityRecord) -> str:
+    """The precision in a line: 'You will know 6 of 7 unknowns to ± 0.48 to 3.5 % (95 %), c1 only roughly (± 59 %)'."""
+    known, rough, unknown = _classes(record)
+    parts = []
+    if known:
+        every = len(known) == len(record.parameters)
+        which = f"all {len(known)}" if every else f"{len(known)} of {len(record.parameters)}"
+        widths = [record.sigmas * each.crlb_pct for each in known if each.base]
+        ends = list(dict.fromkeys(two_digits(width) for width in (min(widths), max(widths)))) if widths else []
+        to = f" to ± {' to '.join(ends)} %" if ends else ""
+        parts.append(f"You will know {which} unknowns{to} ({100 * record.level:g} %)")
+    if rough:
+        parts.append(f"{_named(record, rough)} only roughly")
+    if unknown:
+        parts.append(f"{', '.join(each.name for each in unknown)} not at all")
+    return ", ".join(parts)
+
+
+def _named(record: IdentifiabilityRecord, unknowns: Sequence[Unknown]) -> str:
+    """Names with their half-widths, if they have one in per cent: 'c1 (± 59 %)'."""
+    pcts = [f" (± {two_digits(record.sigmas * each.crlb_pct)} %)" if each.base else "" for each in unknowns]
+    return ", ".join(f"{each.name}{pct}" for each, pct in zip(unknowns, pcts))
+
+
+def _classes(record: IdentifiabilityRecord) -> tuple[list[Unknown], list[Unknown], list[Unknown]]:
+    """Unknowns that the data determine, roughly determine, and do not determine."""
+    known: list[Unknown] = []
+    rough: list[Unknown] = []
+    unknown: list[Unknown] = []
+    for each in record.parameters:
+        # a value of 0 and an angle have no per cent: they are measured by the limits of their search
+        range_pct = 100 * record.sigmas * each.crlb_si / (each.upper - each.lower)
+        measure = record.sigmas * each.crlb_pct if each.base else range_pct
+        (known if measure <= KNOWN_PCT else rough if measure <= IDENTIFIABLE_PCT else unknown).append(each)
+    return known, rough, unknown
+
+
 def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
     """Sentences on the data, on the precision of each unknown, and on unknowns that are not identifiable."""
     yield f"With {_data_text(record.data)}"
-    classes: dict[str, list[str]] = {}
-    for parameter in record.parameters:
-        half_width = record.sigmas * parameter.crlb_si
-        # a value of 0 and an angle have no per cent: they are measured by the limits of their search
-        range_pct = 100 * half_width / (parameter.upper - parameter.lower)
-        measure = record.sigmas * parameter.crlb_pct if parameter.base else range_pct
-        is_known = (
-            "you will know"
-            if measure <= KNOWN_PCT
-            else "only roughly"
-            if measure <= IDENTIFIABLE_PCT
-            else "not identifiable"
-        )
-        classes.setdefault(is_known, []).append(_known_text(parameter, half_width, record.sigmas * parameter.crlb_pct))
-    if "you will know" in classes:
-        yield f"you will know ({100 * record.level:g} %): {', '.join(classes['you will know'])}"
-    if "only roughly" in classes:
-        yield f"you will know only roughly: {', '.join(classes['only roughly'])}"
-    if "not identifiable" in classes:
-        yield f"not identifiable: {', '.join(classes['not identifiable'])}"
+    known, rough, unknown = _classes(record)
+    if known:
+        yield f"you will know ({100 * record.level:g} %): {_known_texts(record, known)}"
+    if rough:
+        yield f"you will know only roughly: {_known_texts(record, rough)}"
+    if unknown:
+        yield f"not identifiable: {_known_texts(record, unknown)}"
     pairs = alike_text(record.correlation, record.names)
     yield f"strongly correlated parameters (|r| > {ALIKE}): {pairs}"
     yield _worst_text(record)
@@ -125,6 +149,12 @@ def _data_text(data: DataDescription) -> str:
     values = {"amplitude": "amplitudes", "complex": "complex values"}[data.kind]
     unknown_level = "" if data.noise_known else " of unknown level"
     return f"{speeds}, {channels}, {values} and {noise_parts(data.relative, data.floor)} noise{unknown_level}"
+
+
+def _known_texts(record: IdentifiabilityRecord, unknowns: Sequence[Unknown]) -> str:
+    return ", ".join(
+        _known_text(each, record.sigmas * each.crlb_si, record.sigmas * each.crlb_pct) for each in unknowns
+    )
 
 
 def _known_text(parameter: Unknown, half_width: float, half_width_pct: float) -> str:

@@ -21,6 +21,7 @@ from ksmea.show.charts.picture import drawn
 from ksmea.show.charts.response_charts import bode_chart
 from ksmea.show.charts.responses import of_fit
 from ksmea.show.readings import deviation_unit, vibration_unit
+from ksmea.show.statements import value_columns
 from ksmea.show.text import (
     ALIKE,
     alike_text,
@@ -43,12 +44,12 @@ SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are n
 COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limit", "search_end")
 
 
-def text(record: IdentificationRecord, title: str = "") -> str:
+def text(record: IdentificationRecord, title: str = "", *, with_values: bool = True) -> str:
     """Text of an identification: values with intervals, undetermined unknowns, noise, and fit.
 
-    There is a line for each, below a title and the data. What synthetic data hide follows apart from it.
+    There is a line for each, below a title and the data; values may be left out. A hidden effect of synthetic data follows.
     """
-    found = "\n".join(_lines(record, title))
+    found = "\n".join(_lines(record, title, with_values=with_values))
     beside = [] if record.location is None else [location_text.text(record.location), *_why_without(record.location)]
     return "\n\n".join(filter(None, [found, *beside, hidden_text(record.hidden, "identification")]))
 
@@ -111,6 +112,19 @@ def frame(record: IdentificationRecord) -> pd.DataFrame:
     )
 
 
+def value_table(record: IdentificationRecord) -> pd.DataFrame:
+    """Unknowns in brief: value, interval, relative half-width and unit; of a rejected model values alone."""
+    test = record.lack_of_fit
+    rows = []
+    for part in record.parameters:
+        value, interval, relative = value_columns(part.shown)
+        known = {"95 %" if record.intervals is None else f"{100 * record.intervals.level:g} %": interval, "±": relative}
+        if test is not None and test.rejected:
+            known = {}
+        rows.append({"": part.name, "value": value, **known, "unit": part.unit})
+    return pd.DataFrame(rows)
+
+
 def table(record: IdentificationRecord) -> pd.DataFrame:
     """Table of the estimates for readers: each number rounded to what its interval warrants.
 
@@ -163,7 +177,7 @@ def identification_chart(record: IdentificationRecord, title: str = "") -> Chart
     return bode_chart(response, ": ".join(filter(None, [title, verdict])) or "Response over speed")
 
 
-def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
+def _lines(record: IdentificationRecord, title: str, *, with_values: bool) -> Iterator[str]:
     head = [title] if title else []
     head += [] if record.data is None else [_data_text(record.data, record.notation)]
     if head:
@@ -171,7 +185,7 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
     if record.data is not None:
         yield from (f"  note: {remark}" for remark in record.data.remarks)
     yield from (f"  note: {remark}" for remark in record.remarks)
-    for parameter in record.parameters:
+    for parameter in record.parameters if with_values else ():
         yield f"  {_value_text(record, parameter)}"
     if record.weights is not None:
         yield from weights_text.lines(record.weights, record.notation)

@@ -154,7 +154,7 @@ def sites_table(record: LocationRecord, sites: Sequence[SiteRecord]) -> pd.DataF
     rows = [
         [
             site.kind,
-            " and ".join(f"{position:g}" for position in site.positions),
+            " and ".join(f"{position:.4g}" for position in site.positions),
             landmarks(record, site) or "–",
             of_chances(site.p),
             number(site.chi2),

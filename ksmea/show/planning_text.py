@@ -20,6 +20,7 @@ UNPLANNED = {
     "trial run": "repeating the present run",
     "numbers": "repeating the present run instead",
 }
+MOST_SPEEDS = 3  # that a headline lists
 MAX_RANGES = 100  # a CRLB this many times what the search limits say is no number worth reading
 
 
@@ -36,10 +37,11 @@ def text(record: PlanningRecord, title: str = "") -> str:
 
 
 def best_addition(record: PlanningRecord) -> str:
-    """The sentence on the additions that reduce most; the opening without any."""
+    """The sentence on the additions that reduce most, without a list of many speeds; the opening without any."""
     if not record.families:
         return _opening(record)
-    return _sentence(record, max(record.families, key=lambda family: family.steps[-1].reduction_pct or 0.0))
+    best = max(record.families, key=lambda family: family.steps[-1].reduction_pct or 0.0)
+    return _sentence(record, best, of_target=f"the CRLB of {record.target}", brief=True)
 
 
 def frame(record: PlanningRecord) -> pd.DataFrame:
@@ -102,8 +104,8 @@ def _opening(record: PlanningRecord) -> str:
     return f"To know {target.name} better, its CRLB being {_of_target(record, record.crlb)} now:"
 
 
-def _sentence(record: PlanningRecord, family: Family) -> str:
-    """Sentence on additions: 'add these 2 speeds: 900, 3610 rpm: its CRLB falls …'.
+def _sentence(record: PlanningRecord, family: Family, of_target: str = "its CRLB", *, brief: bool = False) -> str:
+    """Sentence on additions: 'add these 2 speeds: 900, 3610 rpm: its CRLB falls …'; a brief one has the range of many speeds.
 
     A whole example is 'add these 2 speeds: 900, 3610 rpm: its CRLB falls from 21 % to 9.8 % (−54 %). As many …: −9 %'.
     """
@@ -111,38 +113,41 @@ def _sentence(record: PlanningRecord, family: Family) -> str:
     if record.target in record.unknown_with(last.crlb):
         many = f"the best {count} {family.family} leave it unknown"
         none = "no trial run makes it known" if family.family == "trial run" else many
-        return f"{none}: its CRLB stays wider than the search limits"
+        return f"{none}: {of_target} stays wider than the search limits"
     effect = _joint_effect if record.target is None else _effect
-    planned = effect(record, last.crlb, last.reduction_pct)
-    unplanned = effect(record, last.unplanned_crlb, last.unplanned_reduction_pct, brief=True)
-    return f"{_what(family.steps)}: {planned}; {UNPLANNED[family.family]}: {unplanned}"
+    planned = effect(record, last.crlb, last.reduction_pct, of_target)
+    unplanned = effect(record, last.unplanned_crlb, last.unplanned_reduction_pct)
+    return f"{_what(family.steps, brief=brief)}: {planned}; {UNPLANNED[family.family]}: {unplanned}"
 
 
-def _effect(record: PlanningRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False) -> str:
-    """Effect of the additions on the target, in words."""
+def _effect(record: PlanningRecord, crlb: Sequence[float | None], reduction: float | None, of_target: str = "") -> str:
+    """Effect of the additions on the target, in words; without its name in brief."""
     before, after = _of_target(record, record.crlb), _of_target(record, crlb)
     if record.target in record.unknown_with(crlb):
         return "still unknown"
     if record.target in record.unknown_with(record.crlb):
-        return f"known to {after}" if brief else f"it becomes known to {after}"
-    return _change(reduction) if brief else f"its CRLB falls from {before} to {after} ({_change(reduction)})"
+        return f"it becomes known to {after}" if of_target else f"known to {after}"
+    change = _change(reduction)
+    return f"{of_target} falls from {before} to {after} ({change})" if of_target else change
 
 
 def _joint_effect(
-    record: PlanningRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False
+    record: PlanningRecord, crlb: Sequence[float | None], reduction: float | None, of_target: str = ""
 ) -> str:
-    """Effect of the additions on all unknowns together, in words."""
+    """Effect of the additions on all unknowns together, in words; without what it is of in brief."""
     still = record.unknown_with(crlb)
     determined = [name for name in record.unknown_with(record.crlb) if name not in still]
-    of_what = "" if brief else "mean half axis of their confidence region "
+    of_what = "mean half axis of their confidence region " if of_target else ""
     axis = [] if reduction is None else [f"{of_what}{_change(reduction)}"]
     known = [f"{', '.join(determined)} become{'s' * (len(determined) == 1)} known"] if determined else []
     return ", ".join([*known, *axis]) or "CRLBs fall, but not far enough"
 
 
-def _what(steps: Sequence[Step]) -> str:
+def _what(steps: Sequence[Step], *, brief: bool = False) -> str:
     """The additions in words."""
     speeds = sorted(step.speed for step in steps if step.speed is not None)
+    if brief and len(speeds) > MOST_SPEEDS:
+        return f"add {len(speeds)} speeds between {_rpm(speeds[0])} and {_rpm(speeds[-1])} rpm"
     if speeds:
         which = f"these {len(steps)} speeds:" if len(steps) > 1 else "the speed"
         return f"add {which} {', '.join(map(_rpm, speeds))} rpm"

@@ -18,6 +18,7 @@ from ksmea.units import SI_PER_UNIT
 READING, PROBES, LENGTH = "reading", "probes", "size"
 FULL_TURN = "360"  # rounded; as an angle it is 0
 WHOLE_DEGREES = 3.0  # of a half-width: an angle in a sentence has no decimals
+ANGLE = "deg"  # unit of which a part is not stated: its zero is a convention
 UNSAID = "whole rotor"  # a location that a sentence does not repeat
 ALONE = 3  # digits of a size without an interval
 LEAST_LEADING = 3  # leading digit from which on one digit of a half-width is enough
@@ -82,10 +83,25 @@ def half_width(of: SizeRecord | Shown) -> float | None:
     return abs(ends[0] - of.value) if ends else None
 
 
+def value_columns(shown: Shown) -> tuple[str, str, str]:
+    """Value, interval and relative half-width: ('50.05', '± 0.05', '0.1 %'), or ('0.9', 'above 0.66', '').
+
+    An angle has no relative half-width: its zero is a convention.
+    """
+    half = half_width(shown)
+    if half is None:
+        return number(shown.value, 3), "not determined", ""
+    if math.isfinite(shown.low) and math.isfinite(shown.high):
+        share = f"{number(100 * half / abs(shown.value), 2)} %" if shown.value and shown.unit != ANGLE else ""
+        return rounded(shown.value, half).replace("-", "−"), f"± {rounded(half, half)}", share
+    word, end = ("above", shown.low) if math.isfinite(shown.low) else ("below", shown.high)
+    return rounded(shown.value, half).replace("-", "−"), f"{word} {rounded(end, half)}".replace("-", "−"), ""
+
+
 def with_unit(value: float, unit: str, half: float | None) -> str:
     """A value to the place that its half-width supports: 0.242 mil pp, 15 %."""
     digits = number(value, ALONE) if half is None else rounded(value, half)
-    return f"{digits}{'' if unit in ('deg', '') else ' '}{'°' if unit == 'deg' else unit}"
+    return f"{digits}{'' if unit in (ANGLE, '') else ' '}{'°' if unit == ANGLE else unit}"
 
 
 def _filled(statement: StatementRecord, name: str, form: str, notation: Notation) -> str:

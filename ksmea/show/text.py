@@ -185,7 +185,7 @@ def noise_parts(relative: float, floor: float, notation: Notation = PLAIN) -> st
 def noise_level(level: NoiseLevelRecord, notation: Notation = PLAIN) -> str:
     """Noise level in words: '5 % of each value and 0.1 µm', or the level of each run that has its own.
 
-    A part that is 0 is left out.
+    A relative part of 0 and a floor below 1 nm, which no probe resolves, are left out.
     """
     if not level.by_run:
         return _level(level.relative, level.floor, notation)
@@ -194,7 +194,7 @@ def noise_level(level: NoiseLevelRecord, notation: Notation = PLAIN) -> str:
 
 def _level(relative: float, floor: float, notation: Notation) -> str:
     parts = [f"{100 * relative:.3g} % of each value"] if relative else []
-    parts += [f"{floor / vibration_unit(notation):.3g} {deviation_unit(notation)}"] if floor else []
+    parts += [f"{floor / vibration_unit(notation):.3g} {deviation_unit(notation)}"] if floor >= LEAST_FLOOR else []
     return " and ".join(parts) or "none"
 
 
@@ -221,6 +221,7 @@ def two_digits(value: float) -> str:
     return f"{value:.2g}" if abs(value) < LEAST_WHOLE else f"{value:.0f}"
 
 
+LEAST_FLOOR = 1e-9  # m of a noise floor in words
 ALIKE = 0.95  # |correlation| above which two unknowns are strongly correlated
 MAX_PAIRS = 6  # of them that are named
 

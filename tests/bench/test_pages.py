@@ -20,7 +20,7 @@ from bench.reports.pages.prose import columns_of
 from bench.reports.response_blocks import orbits
 from ksmea.errors import SettingError
 from ksmea.records.estimate import Shown
-from ksmea.show.charts.colours import CATEGORIES, PALETTE
+from ksmea.show.charts.colours import CATEGORIES, DARK, GROUND, LIGHT
 from ksmea.show.charts.responses import Response
 from ksmea.show.text import aligned
 
@@ -60,8 +60,14 @@ def test_colours_are_seen_in_light_and_in_dark():
             for ground in ("ground", "raised"):
                 assert contrast(theme[text], theme[ground]) >= 4.5, (text, ground)  # WCAG 2.2, 1.4.3 (AA)
         assert contrast(theme["ink"], theme["button"]) >= 4.5
+    for theme, colours in ((light, LIGHT), (dark, DARK)):
+        assert colours[GROUND] == (theme["ground"] + "fff")[:7]
         for colour in [*CATEGORIES, *SERIES]:
-            assert contrast(PALETTE[colour], theme["ground"]) >= 3, colour  # 1.4.11, graphics
+            assert contrast(colours[colour], theme["ground"]) >= 3, colour  # 1.4.11, graphics
+    on_dark = {}
+    for role, on_white in LIGHT.items():  # a page replaces colours by what they are on white
+        assert on_dark.setdefault(on_white, DARK[role]) == DARK[role]
+    assert len(set(on_dark.values())) == len(on_dark)  # and what it saves is as on white again
 
 
 def test_hostile_texts_stand_on_the_page_as_text():

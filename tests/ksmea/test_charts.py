@@ -13,7 +13,7 @@ from bench.reports.pages.blocks import plain
 from ksmea.show.charts import chart as charts
 from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Axis, Chart, Choice, Element, Level, Line, Panel, Points, broken, ends_of, one_panel
-from ksmea.show.charts.colours import DASHES, ON_PAPER, PALETTE, SYMBOLS, styles
+from ksmea.show.charts.colours import DARK, DASHES, LIGHT, SYMBOLS, styles
 from ksmea.show.charts.traces import SYMBOLS as ON_PAGE
 
 UP, DOWN = [1.0, 2.0, 4.0], [3.0, 2.0, 1.0]
@@ -85,7 +85,7 @@ def test_both_renderers_have_the_same_values_axes_and_legend(scale):
         assert list(line.get_xdata()) == list(trace["x"])
         shown = line.get_ydata() if scale != "symlog" else axes.transScale.transform(line.get_xydata())[:, 1]
         assert list(shown) == pytest.approx(list(trace["y"]))
-        assert line.get_color() == ON_PAPER["model"]
+        assert line.get_color() == LIGHT["model"]
     (legend,) = picture.figure(chart).legends
     assert [text.get_text() for text in legend.get_texts()] == ["one", "two"]
     assert [trace["name"] for trace in data if trace["showlegend"]] == ["one", "two"]
@@ -189,7 +189,7 @@ def test_ends_are_those_of_all_elements():
 
 
 def test_words_of_the_descriptions_are_known_to_both():
-    assert set(PALETTE) == set(ON_PAPER) and set(DASHES) == set(picture.LINES)
+    assert set(LIGHT) == set(DARK) and set(DASHES) == set(picture.LINES)
     assert set(SYMBOLS) <= set(ON_PAGE) == set(picture.MARKERS) - {""}
     twenty = styles([str(number) for number in range(20)])
     assert len(set(twenty.values())) == 20

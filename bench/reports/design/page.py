@@ -30,18 +30,17 @@ def identifiability_page(
 
     The headline has the precision that the first record states.
     """
-    sections, in_short = [], ""
+    sections = []
     for number, (title, record) in enumerate(found.items()):
         picture = pictures[number] if number < len(pictures) else ""
-        said = [*identifiability_text.sentences(record)]
-        if not number:
-            in_short = "; ".join(said[1:3])
-            said[1:3] = []
-        sections.append(Section(title or "Result", tuple(_of_record(record, title, picture, said))))
-    return _page(next(iter(found.values()), None), in_short, sections, following, table, file)
+        sections.append(Section(title or "Result", tuple(_of_record(record, title, picture))))
+    first = next(iter(found.values()), None)
+    in_short = "" if first is None else identifiability_text.finding(first)
+    return _page(first, in_short, sections, following, table, file)
 
 
-def _of_record(record: IdentifiabilityRecord, title: str, picture: str, said: Sequence[str]) -> Iterator[Block]:
+def _of_record(record: IdentifiabilityRecord, title: str, picture: str) -> Iterator[Block]:
+    said = identifiability_text.sentences(record)
     yield Prose("\n".join(map(capital, [*fit_warning(record.lack_of_fit, "the intervals"), *said])))
     if record.variations:
         yield Drawn(partial(identifiability_chart, record, title), picture)

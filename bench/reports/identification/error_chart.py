@@ -39,16 +39,18 @@ class Errors:
 
 
 def has_bounds(plan: Plan) -> bool:
-    """Whether all cells have the same unknowns, each with a true value and a bound.
+    """Whether all cells have the same unknowns, each with a true value and a bound, and data that determine some of them."""
+    return has_true_values(plan) and bool(determined(plan))
 
-    The data determine some of them.
-    """
+
+def has_true_values(plan: Plan) -> bool:
+    """Whether all cells have the same unknowns, each with a true value and a bound."""
     names = {tuple(facts.name for facts in cell.parameters) for cell in plan.cells}
     known = (facts.truth is not None and facts.crlb for cell in plan.cells for facts in cell.parameters)
-    return len(names) == 1 and all(known) and bool(_determined(plan))
+    return len(names) == 1 and all(known)
 
 
-def _determined(plan: Plan) -> list[str]:
+def determined(plan: Plan) -> list[str]:
     """Unknowns whose bound is below the value itself in all cells.
 
     Within a larger one any value would lie.
@@ -88,7 +90,7 @@ def error_chart(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Chart:
 
 
 def _by_unknown(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> dict[str, list[Errors]]:
-    return {name: _errors(plan, runs, summary, name) for name in _determined(plan)}
+    return {name: _errors(plan, runs, summary, name) for name in determined(plan)}
 
 
 def _errors(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, name: str) -> list[Errors]:
@@ -102,11 +104,11 @@ def _errors(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, name: str) ->
         mine = mine[mine[name].notna()] if name in mine else mine[:0]
         values = mine[name].to_numpy(float) if len(mine) else np.empty(0)
         of_paper = float(_in_sigma(np.array(paper), facts))
-        found.append(Errors(_in_sigma(values, facts), _at_limit(values, facts), of_paper))
+        found.append(Errors(_in_sigma(values, facts), at_limits(values, facts), of_paper))
     return found
 
 
-def _at_limit(values: Array, facts: ParameterFacts) -> Array:
+def at_limits(values: Array, facts: ParameterFacts) -> Array:
     """Which values lie at a search limit; none without limits in the plan."""
     if facts.lower is None or facts.upper is None:
         return np.zeros(len(values), dtype=bool)

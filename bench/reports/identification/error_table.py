@@ -9,17 +9,19 @@ import numpy as np
 import pandas as pd
 
 from bench.plan.naming import place_text, telling_axes
-from bench.plan.plan import Plan
+from bench.plan.plan import Cell, Plan
+from bench.reports.identification.error_chart import at_limits
 from bench.reports.tables import EFFORT, EXACT, LEAST_PCT
 from ksmea.show.text import number
 
 OURS, PAPER = "here", "paper"
+LIMIT = "†"
 
 
 def error_table(plan: Plan, summary: pd.DataFrame) -> pd.DataFrame:
     """Errors in per cent, then updates, evaluations and time, as medians over the repetitions.
 
-    The smallest error of each column and source has a star if there are several.
+    The smallest error of each column and source has a star if there are several; a value at a search limit has a dagger.
     """
     axes, rows = telling_axes(plan), []
     names = list(dict.fromkeys(summary["parameter"]))
@@ -36,10 +38,20 @@ def error_table(plan: Plan, summary: pd.DataFrame) -> pd.DataFrame:
             row |= {"": source} if len(sources) > 1 else {}
             for name in shown:
                 is_best = best.get((name, source)) == at
-                row[_heading(name, by_name[name])] = _cell(name, by_name[name].iloc[at], source) + "*" * is_best
+                of_name = by_name[name].iloc[at]
+                marks = "*" * is_best + LIMIT * _is_at_limit(
+                    cell, name, of_name["median" if source == OURS else "paper"]
+                )
+                row[_heading(name, by_name[name])] = _cell(name, of_name, source) + marks
             row |= _counts(by_name[shown[0]].iloc[at], source) if shown else {}
             rows.append(row)
     return pd.DataFrame(rows)
+
+
+def _is_at_limit(cell: Cell, name: str, value: float) -> bool:
+    """Whether a value, of the median run or of the paper, is where its search ends."""
+    facts = next((each for each in cell.parameters if each.name == name), None)
+    return facts is not None and bool(at_limits(np.array([value], dtype=float), facts)[0])
 
 
 def _heading(name: str, frame: pd.DataFrame) -> str:

@@ -21,7 +21,7 @@ from ksmea.show.charts.colours import category
 from ksmea.show.charts.inputs_chart import budget_chart, inputs_chart
 from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.responses import of_fit
-from ksmea.show.identification_text import identification_chart, table, text
+from ksmea.show.identification_text import identification_chart, table, text, value_table
 
 LEAST_STEPS = 2  # updating steps that make a curve
 
@@ -48,8 +48,8 @@ def identification_page(
 
 def _sections(title: str, record: IdentificationRecord, still: str, several: bool) -> Iterator[Section]:
     of_which = f": {title}" if several else ""
-    yield Section(f"What was found{of_which}", (Prose(text(record, title)),))
     yield Section(f"Unknowns{of_which}", tuple(unknowns_blocks(record)))
+    yield Section(f"Noise and fit{of_which}", (Prose(text(record, title, with_values=False)),))
     if record.inputs:
         drawn = (Drawn(budget_chart(record.parameters)), *inputs_blocks(record.inputs))
         yield Section(f"Numbers known to a tolerance{of_which}", drawn)
@@ -69,8 +69,12 @@ def inputs_blocks(inputs: Sequence[InputRecord]) -> Iterator[Block]:
 
 
 def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
-    """The table of unknowns, and their intervals as a plot."""
-    yield Table(table(record), "Unknowns with their intervals")
+    """The table of unknowns, their intervals as a plot, and all that is known of them; a rejected model has values alone."""
+    test = record.lack_of_fit
+    is_rejected = test is not None and test.rejected
+    if is_rejected:
+        yield Prose("Values of a model that the data reject have no interval: it would mislead.")
+    yield Table(value_table(record))
     beside = {} if record.location is None else {each.name: each.over_sites for each in record.location.coefficients}
     unknowns: dict[str, dict[str, Shown]] = {}
     for part in record.parameters:
@@ -78,10 +82,11 @@ def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
         if (other := beside.get(part.name)) is not None:
             unknowns[part.name]["with an unknown force"] = other.shown
     truth = {part.name: part.in_unit(part.true) for part in record.parameters}
-    if any(each.has_interval for of in unknowns.values() for each in of.values()):
+    if not is_rejected and any(each.has_interval for of in unknowns.values() for each in of.values()):
         crosses = "; crosses: true values" if any(map(math.isfinite, truth.values())) else ""
         caption = f"The interval of each unknown relative to its value{crosses}."
         yield Drawn(intervals_chart(unknowns, truth, caption))
+    yield Folded("All columns, and the identification as text", (Table(table(record)), Prose(text(record))))
 
 
 def steps_chart(record: IdentificationRecord) -> Chart:

@@ -11,6 +11,7 @@ import pandas as pd
 from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
+from bench.reports.identification.error_chart import determined, has_true_values
 from bench.reports.identification.factors import short
 from bench.reports.tables import EFFORT, EXACT, LEAST_PCT, has_intervals, lacks_interval
 from ksmea.arrays import Array
@@ -61,10 +62,12 @@ def _is_constant(rows: pd.DataFrame, runs: pd.DataFrame) -> bool:
 
 
 def spread_finding(plan: Plan, summary: pd.DataFrame) -> str:
-    """Cells with the smallest and the largest median error of their worst parameter.
+    """Cells with the smallest and the largest median error of their worst parameter, or that the data determine none.
 
     Empty without errors.
     """
+    if plan.cells[0].parameters and has_true_values(plan) and not determined(plan):
+        return f"These data determine none of {', '.join(each.name for each in plan.cells[0].parameters)}: 1 σ of each is above its value"
     errors: dict[int, list[float]] = defaultdict(list)
     for (name, unit), rows in summary.groupby(["parameter", "unit"], sort=False):
         for cell, error in zip(cells_with(plan, name, unit), rows["error_pct_median"]):

@@ -24,7 +24,7 @@ from bench.reports.identification.agreement_charts import Agreement, Kind, agree
 from bench.reports.identification.cost import cost_chart, cost_frame
 from bench.reports.identification.course_charts import MAX_LINES, anytime_chart, figure_number, updates_chart
 from bench.reports.identification.error_chart import error_chart, error_finding, has_bounds
-from bench.reports.identification.error_table import error_table
+from bench.reports.identification.error_table import LIMIT, error_table
 from bench.reports.identification.factor_charts import cells_chart, factors_chart
 from bench.reports.identification.factors import Sweep, sweep_of, without_twins
 from bench.reports.identification.factors import headline as sweep_headline
@@ -105,7 +105,9 @@ def summary_page(
     `notes` say what concerns whole cells or the paper's print.
     """
     columns = Folded("All columns", (Table(summary.dropna(axis="columns", how="all"), file=f"{plan.name}.csv"),))
-    errors = Table(error_table(plan, summary), f"Median absolute errors{STAR}", file=f"{plan.name}.csv")
+    medians = error_table(plan, summary)
+    dagger = AT_LIMIT if any(LIMIT in str(cell) for cell in medians.to_numpy().ravel()) else ""
+    errors = Table(medians, f"Median absolute errors{STAR}{dagger}", file=f"{plan.name}.csv")
     table: tuple[Block, ...] = (errors, *([Prose(_capitals(notes))] if notes else []), columns)
     figure, values = _of_runs(plan, runs, summary)
     curves = tuple(_curves(plan, courses))
@@ -126,7 +128,7 @@ def _capitals(text: str) -> str:
     return "\n".join(map(capital, text.split("\n")))
 
 
-STAR = "; *: the smallest of a column"
+STAR, AT_LIMIT = "; *: the smallest of a column", f"; {LIMIT}: at a search limit"
 
 
 def _of_runs(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> tuple[Drawn, tuple[Block, ...]]:

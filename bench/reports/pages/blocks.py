@@ -33,6 +33,7 @@ from bench.reports.pages import bundle
 from bench.reports.pages.prose import prose_html, safe, table_html, unbroken
 from ksmea.errors import shortened, visible
 from ksmea.show.charts import interactive
+from ksmea.show.charts.colours import LIGHT, MEASURED, MODEL
 from ksmea.show.text import number
 
 LONGEST_CELL = 300  # characters
@@ -114,7 +115,8 @@ class Blocks:
             ' <output aria-live="polite"></output>'
         )
         units = {"unit": orbits.unit, "speedUnit": orbits.speed_unit, "decimals": orbits.decimals}
-        spec = {"speed": orbits.speed, "planes": orbits.planes, **units}
+        colours = {MEASURED: LIGHT[MEASURED], MODEL: LIGHT[MODEL]}
+        spec = {"speed": orbits.speed, "planes": orbits.planes, "colours": colours, **units}
         return self._figure(orbits.title, orbits.alternative, spec, slider, 380, "", plot_type="orbits")
 
     def _figure(

@@ -12,6 +12,7 @@ from bench.plan.page import Page, Section
 from bench.reports.pages import bundle
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.prose import safe, unbroken
+from ksmea.show.charts.colours import DARK, LIGHT
 from ksmea.show.text import capital
 
 PAGE = "index.html"  # of a folder
@@ -35,7 +36,7 @@ def document(
         if each.title
     )
     script, style = bundle.asset("page.js"), bundle.asset("page.css")
-    plots = f'<script type="text/plain" id="plotly">{bundle.packed()}</script>' if blocks.has_plots else ""
+    plots = _for_plots() if blocks.has_plots else ""
     allowed = [bundle.digest_of(script.encode()), *([bundle.digest()] if blocks.has_plots else [])]
     policy = f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {' '.join(allowed)}; base-uri 'none'"
     navigation = f'<nav aria-label="contents"><ol>{links}</ol></nav>' if len(sections) > 1 else ""
@@ -47,6 +48,15 @@ def document(
         f"<body><header>{_header(title, page)}{navigation}</header>\n<main>{body}</main>\n"
         f"{plots}<script>{script}</script></body></html>\n"
     ).encode()
+
+
+def _for_plots() -> str:
+    """The library that draws plots, and their colours on a white ground with those on a dark one."""
+    dark = json.dumps({on_white: DARK[role] for role, on_white in LIGHT.items()})
+    return (
+        f'<script type="text/plain" id="plotly">{bundle.packed()}</script>'
+        f'<script type="application/json" id="dark">{dark}</script>'
+    )
 
 
 def facts_of(beginning: str) -> dict[str, Any] | None:

@@ -27,6 +27,7 @@ from bench.reports.pages.prose import safe, unbroken
 from bench.storage.files import replace_file
 from ksmea.errors import SettingError, shortened
 from ksmea.settings.regular_files import open_regular
+from ksmea.show.text import capital
 
 RESULTS = "results"  # folder whose index is kept by itself
 DEPTHS = ("*", "*/*")  # below the folder: experiments, and those that an experiment includes
@@ -35,7 +36,14 @@ COUNTS = ("failed", "unfinished")  # runs, shown if there are any
 MOST_UNFILTERED = 10  # rows; of more a reader can choose by words
 MOST_PICTURES = 30  # rows with a picture, the latest ones
 SMALL, N_COLOUR = (240, 134), 64  # px, and colours of a picture: about 8 kB
-PICTURES = ("finding.png", "location.png", "rotor.png")  # that show most of a folder, before others
+DARKER = 3.0  # exponent of each colour's part of white
+PICTURES = (
+    "finding.png",
+    "location.png",
+    "rotor.png",
+    "_factors.png",
+    "_solved.png",
+)  # ends of names of what shows most
 # A picture in an index, and the file and its time that it was made of
 IN_INDEX = re.compile(r'<img alt="" data-of="([^"]*)" src="data:image/png;base64,([A-Za-z0-9+/=]*)">')
 
@@ -157,7 +165,7 @@ def _row(place: Path, facts: Mapping[str, Any], counted: Sequence[str], image: s
     has_page = "study" in facts
     shown = f'<a href="{safe(quote(place.as_posix()))}/{PAGE}">{safe(name)}</a>' if has_page else safe(name)
     when = str(facts.get("when", ""))[:16].replace("T", " ")
-    found = unbroken(safe(shortened(str(facts.get("headline", "")), LONGEST)))
+    found = unbroken(safe(capital(shortened(str(facts.get("headline", "")), LONGEST))))
     n_run = facts.get("runs", "")
     numbers = (
         f'<td class="number" data-label="{label}">{safe(number)}</td>'
@@ -190,7 +198,7 @@ def _image(root: Path, place: Path, known: Mapping[str, str]) -> str:
     """
     folder = root / place
     there = sorted(path.name for path in folder.glob("*.png"))
-    file = next((each for each in PICTURES if each in there), next(iter(there), None))
+    file = next((each for end in PICTURES for each in there if each.endswith(end)), next(iter(there), None))
     if file is None:
         return ""
     try:
@@ -204,9 +212,13 @@ def _image(root: Path, place: Path, known: Mapping[str, str]) -> str:
 
 
 def _small(whole: Image.Image) -> bytes:
-    """The upper part of a picture in few colours, some kilobytes that the index holds itself."""
+    """The upper part of a picture in few colours, some kilobytes that the index holds itself.
+
+    It is darker than the whole: thin lines are pale where they are made small.
+    """
     width, height = SMALL
     scaled = whole.convert("RGB").resize((width, max(round(width * whole.height / whole.width), 1)))
+    scaled = scaled.point([round(255 * (level / 255) ** DARKER) for level in range(256)] * len(scaled.getbands()))
     content = io.BytesIO()
     scaled.crop((0, 0, width, min(height, scaled.height))).quantize(N_COLOUR).save(content, format="PNG", optimize=True)
     return content.getvalue()

@@ -18,6 +18,7 @@ from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, W
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
 from ksmea.show.charts.parts.bode import N_SD, residual_ground, residual_reach
 from ksmea.show.charts.parts.polar import FULL_TURN, REACH, phase_in_words, rings, speeds_at, speeds_said, within
+from ksmea.show.charts.response_charts import SYMBOLS, legend_of
 from ksmea.show.charts.responses import ACCEPTED, AS_GIVEN, WITH_CAUSE, Response, of_diagnosis
 from ksmea.show.readings import PLAIN, speed_digits, speed_form, speed_label
 
@@ -25,7 +26,6 @@ MOST_OTHERS = 8  # causes that the picture of noise shows
 ROW = 0.32  # inches of each
 STYLES = {AS_GIVEN: (BEFORE, "dash"), WITH_CAUSE: (AFTER, "solid"), ACCEPTED: (MODEL, "solid")}
 ORBIT_ROOM = 1.15  # times the farthest point of an orbit: where axes end
-SYMBOLS = ("circle", "x")
 
 
 def worst_channel(record: DiagnosisRecord, response: Response) -> int:
@@ -58,7 +58,8 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
         parts = response.residuals[accepted]
         panels.append(_residuals({part: left[:, column] for part, left in parts.items()}, response, x))
     left = (
-        f"; below: residuals of the model{'' if accepted == ACCEPTED else f' {accepted}'} in σ of the noise, ± {N_SD:g} shaded"
+        f"; below: residuals of the model{'' if accepted == ACCEPTED else f' {accepted}'} in σ of the noise"
+        f"{legend_of(response.residuals[accepted])}, ± {N_SD:g} shaded"
         if accepted
         else ""
     )

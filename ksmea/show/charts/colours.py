@@ -1,6 +1,8 @@
 """Colours by what they mean, alike in pictures and on pages.
 
-Each is seen on a white and on a dark ground (3 : 1 or more, WCAG 2.2 for graphics; tests/bench/test_pages.py).
+Each role has a colour on a white ground and one on a dark ground (3 : 1 or more, WCAG 2.2 for graphics). A page is written
+with the first, and shows the second where the reader's system is dark. Model, paper, interval and ink differ by
+ΔE 2000 ≥ 12 for normal, protan and deutan vision; all others also by their symbol or dash.
 """
 
 from __future__ import annotations
@@ -16,15 +18,19 @@ MODEL, MEASURED, INTERVAL, PAPER, REFERENCE, CONTEXT, ALIKE = (
 BEFORE, AFTER = PAPER, MODEL  # a model that is given up, and the one in its place
 STEEL, PALE_STEEL, EARTH, GROUND = "steel", "pale steel", "earth", "ground"  # areas
 
-BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, PINK, TEAL = (
-    "#2b7ab8", "#d1581f", "#3a8f4d", "#9a68ba", "#a88300", "#7a7a7a", "#cf5f9d", "#17889a",
-)  # fmt: skip
-PALETTE = {
-    MODEL: BLUE, MEASURED: GREY, PAPER: ORANGE, INTERVAL: GREEN, REFERENCE: GREY, CONTEXT: GREY, ALIKE: TEAL, INK: GREY,
-    STEEL: "#7f97ab", PALE_STEEL: "#c9d3dc", EARTH: "#e6dcc8", GROUND: "#ffffff",
-    **dict(zip(CATEGORIES, (BLUE, ORANGE, GREEN, PURPLE, OCHRE, PINK, TEAL))),
+BOTH = {  # each role on a white and on a dark ground; hues and ink have 4.5 : 1 or more there
+    MODEL: ("#0b62a8", "#5aaef0"), PAPER: ("#c44a10", "#ff8b52"), INTERVAL: ("#007a5c", "#33c79e"),
+    ALIKE: ("#007a5c", "#33c79e"), INK: ("#1a1d21", "#e6e8ea"), MEASURED: ("#1a1d21", "#e6e8ea"),
+    REFERENCE: ("#555d66", "#a8b0b8"), CONTEXT: ("#8a949e", "#77828d"),
+    STEEL: ("#7f97ab", "#7189a0"), PALE_STEEL: ("#c9d3dc", "#3f4c58"), EARTH: ("#e6dcc8", "#4d4636"),
+    GROUND: ("#ffffff", "#14181c"),
+    **dict(zip(CATEGORIES, (
+        ("#0b62a8", "#5aaef0"), ("#c44a10", "#ff8b52"), ("#007a5c", "#33c79e"), ("#9c4488", "#e59acb"),
+        ("#8c1d1d", "#e8d94c"), ("#5b2a86", "#a58ad0"), ("#2f6f73", "#3fa7a0"),
+    ))),
 }  # fmt: skip
-ON_PAPER = PALETTE | {INK: "#222222", MEASURED: "#222222", REFERENCE: "#444444"}  # a white ground alone
+LIGHT = {role: on_white for role, (on_white, _) in BOTH.items()}  # pictures, printed and saved figures
+DARK = {role: on_dark for role, (_, on_dark) in BOTH.items()}
 DASHES = ("solid", "dash", "dot", "dashdot")
 SYMBOLS = ("circle", "square", "diamond", "triangle down", "triangle up", "cross", "star")
 

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from textwrap import wrap
 
 import numpy as np
 
 from ksmea.show.charts import chart as of
 from ksmea.show.charts.chart import Axis, Chart, Panel, ends_of
-from ksmea.show.charts.colours import PALETTE
+from ksmea.show.charts.colours import LIGHT
 from ksmea.show.charts.ticks import symlog_ticks
 from ksmea.show.charts.traces import CLEAR, Layout, PanelTraces, Trace, place_on
 
@@ -37,6 +38,7 @@ ROOM = 0.05  # of what an axis shows, at its ends
 FEW = 6  # stacks that a page shows side by side; of more, one at a time, by choice
 EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where a panel in space is seen
 NARROW_NAME = 22  # characters in a line of a row's name on a narrow page
+NAME_LINE = 17  # px of such a line
 NARROW_EYE = 1.8  # times as far on a narrow page
 MANY_COLUMNS = 4  # of panels, in which a logarithmic axis has no room for 2 and 5
 NARROW_WIDTH = 290  # px of a panel there, between its axis and the edge
@@ -94,10 +96,13 @@ def _with_broken_names(narrow: Layout) -> Layout:
     """A layout whose names at the left of rows leave room for what is drawn."""
     for key, side in narrow.items():
         if key.startswith("yaxis") and "ticktext" in side:
-            side["ticktext"] = [
-                "<br>".join(wrap(name, NARROW_NAME, break_long_words=False)) for name in side["ticktext"]
-            ]
+            side["ticktext"] = ["<br>".join(_lines(name.replace("<br>", "\n"))) for name in side["ticktext"]]
     return narrow
+
+
+def _lines(name: str) -> list[str]:
+    """A row's name as it breaks on a narrow page."""
+    return [line for part in name.split("\n") for line in wrap(part, NARROW_NAME, break_long_words=False)]
 
 
 def choices(chart: Chart) -> tuple[of.Choice, ...]:
@@ -211,7 +216,7 @@ def _tops(
 ) -> tuple[dict[int, tuple[float, float]], float]:
     """Upper and lower end of each panel, px below the top of all, and where the next row would begin.
 
-    The height of a panel to scale is limited by its ends at `width` px.
+    The height of a panel to scale is limited by its ends at `width` px, which is finite on a narrow page.
     """
     tops: dict[int, tuple[float, float]] = {}
     down = 0.0
@@ -223,12 +228,22 @@ def _tops(
                 panel = shown[number]
                 at += HEADING if panel.title else 0
                 tall = min(INCH * panel.height * (1.0 if panel.z is None else SPACE), width * _steepness(panel))
+                tall = max(tall, _room_of_names(panel.y) if width < math.inf else 0.0)
                 tops[number] = (at, at + tall)
                 below = STACKED if _is_named_below(shown, of_stack, number) else APART
                 at += tall + below
             ends.append(at)
         down = max(ends, default=down)
     return tops, down
+
+
+def _room_of_names(rows: Axis) -> float:
+    """px that named rows take on a narrow page, so that broken names stand clear of each other; 0 of an axis of numbers."""
+    if not rows.ticks or rows.low is None or rows.high is None:
+        return 0.0
+    n_line = [len(_lines(name)) for name in rows.ticks.values()]
+    apart = max((one + other for one, other in pairwise(n_line)), default=0) / 2
+    return NAME_LINE * apart * (rows.high - rows.low) if max(n_line) > 1 else 0.0
 
 
 def _steepness(panel: Panel) -> float:
@@ -314,7 +329,7 @@ def _with_room(scale: Axis, panels: Sequence[Panel], side: str) -> list[float]:
 
 def _scene(panel: Panel, far: float) -> Layout:
     style = {
-        "color": PALETTE["reference"],
+        "color": LIGHT["reference"],
         "gridcolor": PALE,
         "zerolinecolor": PALE,
     }  # styles of the page do not reach into it

@@ -17,7 +17,7 @@ from PIL.PngImagePlugin import PngInfo
 
 from ksmea.show.charts import chart as of
 from ksmea.show.charts.chart import Axis, Chart, Element, Panel
-from ksmea.show.charts.colours import GROUND, INK, ON_PAPER
+from ksmea.show.charts.colours import GROUND, INK, LIGHT
 from ksmea.show.charts.locators import plain_ticks
 
 DPI, N_COLOUR = 130, 256
@@ -222,7 +222,7 @@ def _legend(made: Figure, panels: Sequence[Axes], width: float) -> None:
 
 
 def _element(axes: Axes, element: Element, label: str) -> None:
-    colour = ON_PAPER[element.colour]
+    colour = LIGHT[element.colour]
     common: dict[str, Any] = {"color": colour, "alpha": element.opacity}
     labelled = common | {"label": label}
     match element:
@@ -250,7 +250,7 @@ def _element(axes: Axes, element: Element, label: str) -> None:
                 element.x,
                 element.y,
                 facecolor=colour,
-                edgecolor=ON_PAPER[element.edge],
+                edgecolor=LIGHT[element.edge],
                 linewidth=0.8,
                 alpha=element.opacity,
                 label=label,
@@ -335,7 +335,7 @@ def _words(axes: Axes, element: of.Words, colour: str) -> None:
     if element.has_leader:
         style["arrowprops"] = {"arrowstyle": "-", "linewidth": 0.6}
     if element.has_ground:
-        style["bbox"] = {"boxstyle": "round,pad=0.15", "facecolor": ON_PAPER[GROUND], "alpha": 0.85, "linewidth": 0}
+        style["bbox"] = {"boxstyle": "round,pad=0.15", "facecolor": LIGHT[GROUND], "alpha": 0.85, "linewidth": 0}
     place: dict[str, Any] = {"ha": element.side, "va": "center" if element.edge == "middle" else element.edge}
     axes.annotate(
         element.text, (element.x, element.y), element.offset, textcoords="offset points", fontsize=element.size, color=colour, **place, **style
@@ -346,7 +346,7 @@ def _heat(axes: Axes, element: of.Heat) -> None:
     axes.imshow(element.shares, cmap="Blues", vmin=0, vmax=1, aspect="auto", alpha=element.opacity)
     for (row, column), share in np.ndenumerate(element.shares):
         if said := element.written[row][column]:
-            colour = ON_PAPER[GROUND if share > 0.5 else INK]
+            colour = LIGHT[GROUND if share > 0.5 else INK]
             axes.text(
                 column, row, said, ha="center", va="center", fontsize=TINY if not element.words else SMALL, color=colour
             )

@@ -6,7 +6,7 @@ any notation, as is usual for rotors (API 684), and its label says so; a polar p
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from ksmea.show.readings import PLAIN, amplitude_label, speed_at_pointer, speed_
 AMPLITUDE, PHASE, SPEED = amplitude_label(PLAIN), "phase lag (°)", speed_label(PLAIN)
 MOST_ERROR_BARS = 400  # points; more are drawn without
 ACROSS, MAX_CHANNELS = 3, 9  # of a picture; pages and records have all
+SQUARES_ACROSS = 2  # of more than `ACROSS` polar plots
 COLOURS = {AS_GIVEN: BEFORE, WITH_CAUSE: AFTER}  # of models; of any other: MODEL
 DASHES = {AS_GIVEN: "dash"}  # of lines; all others are solid
 SYMBOLS, MARKS = ("circle", "x"), ("●", "×")  # of the parts of residuals, and as a caption shows them
@@ -207,13 +208,17 @@ def nyquist_chart(response: Response) -> Chart:
         "Response in the complex plane",
         f"Polar plot of each channel, {response.notation.unit}; {phase_in_words(response.notation)}; dots: measured, lines: {_models(response)}, up to"
         f" {BEYOND:g} times the largest measured amplitude; numbers: speed in {response.notation.speed}.",
-        tuple(stacks), _across(stacks), choices=_choices(response), of_stacks="channel",
+        tuple(stacks), SQUARES_ACROSS if len(stacks) > ACROSS else len(stacks), choices=_choices(response), of_stacks="channel",
     )  # fmt: skip
 
 
 def _marks(response: Response) -> str:
     """Legend of the marks of the parts of residuals; empty for a single part."""
-    parts = next(iter(response.residuals.values()), {})
+    return legend_of(next(iter(response.residuals.values()), {}))
+
+
+def legend_of(parts: Iterable[str]) -> str:
+    """Parts of residuals with their marks in brackets, ' (● in phase; × in quadrature)'; empty for a single part."""
     legend = [f"{mark} {part}" for part, mark in zip(parts, MARKS)]
     return f" ({'; '.join(legend)})" if len(legend) > 1 else ""
 

@@ -12,7 +12,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.show.charts import chart as of
 from ksmea.show.charts.chart import Axis, Element, Panel, Values
-from ksmea.show.charts.colours import PALETTE
+from ksmea.show.charts.colours import LIGHT
 from ksmea.show.charts.ticks import symlog_positions
 
 Trace = dict[str, Any]
@@ -62,7 +62,7 @@ def _steps(is_stepped: bool) -> Layout:
 def _area(element: of.Area, colour: str) -> Trace:
     made: Trace = {"type": "scatter", "mode": "lines", "fill": "toself", "fillcolor": colour}
     made |= {"x": [*element.x, element.x[0]], "y": [*element.y, element.y[0]]}
-    return made | {"line": {"color": PALETTE[element.edge], "width": 1}, "hoverinfo": "skip"}
+    return made | {"line": {"color": LIGHT[element.edge], "width": 1}, "hoverinfo": "skip"}
 
 
 def _heat(element: of.Heat, colour: str) -> Trace:
@@ -91,7 +91,7 @@ class PanelTraces:
         return {"text": text, "x": 0, "y": 1, "xanchor": "left", "yanchor": "bottom", "showarrow": False, **place}
 
     def traces(self, element: Element) -> Iterator[Trace]:
-        colour = PALETTE[element.colour]
+        colour = LIGHT[element.colour]
         common: Trace = {"name": element.name, "opacity": element.opacity, **self.axes}
         common |= {"legendgroup": element.name} if element.name else {}
         common |= self._said(element)
@@ -125,7 +125,7 @@ class PanelTraces:
             first, last = map(float, place(ends))
             box = {f"{along}0": first, f"{along}1": last, f"{across}0": 0, f"{across}1": 1}
             refs = {f"{along}ref": f"{along}{self.end}", f"{across}ref": f"{across}{self.end} domain"}
-            colour = PALETTE[element.colour]
+            colour = LIGHT[element.colour]
             if isinstance(element, of.Level):
                 yield {
                     "type": "line",

@@ -5,6 +5,7 @@
   const TITLE_LINE = 20; // px, of a title that a saved picture has
   const ORBIT_ROOM = 1.15, TICK = 70; // times an orbit's reach: where its axes end; px for each of their numbers
   const PRINT_WIDTH = 660; // px, inside the margins of a sheet
+  const NARROW = 520, ORBIT_HEIGHT = 340; // px: a plot that is less wide has its panels one over another; of one orbit there
 
   for (const button of document.querySelectorAll("button[data-do=copy]")) {
     button.hidden = false;
@@ -25,8 +26,13 @@
   const script = document.createElement("script");
   script.textContent = plotly;
   document.head.append(script);
-  const specs = new Map(); // all before the first is drawn: printing draws what is folded at once
-  for (const figure of figures) specs.set(figure, JSON.parse(await dataOf(figure)));
+  const onDark = JSON.parse(document.getElementById("dark").textContent); // colours are written as on a white ground
+  const onWhite = Object.fromEntries(Object.entries(onDark).map(([light, dark]) => [dark, light]));
+  const darkness = matchMedia("(prefers-color-scheme: dark)");
+  let isDark = darkness.matches;
+  const texts = new Map(), specs = new Map(); // all before the first is drawn: printing draws what is folded at once
+  for (const figure of figures) texts.set(figure, await dataOf(figure));
+  for (const figure of figures) specs.set(figure, parsed(texts.get(figure)));
   const waiting = new Set(figures); // what is folded has no width: it is drawn when it opens
   const open = () => [...waiting].filter((figure) => !figure.closest("details:not([open])"));
   const drawOpen = () => { for (const figure of open()) { waiting.delete(figure); draw(figure); } };
@@ -36,8 +42,9 @@
     await new Promise((next) => setTimeout(next)); // the page answers in between
   }
   for (const each of document.querySelectorAll("details")) each.addEventListener("toggle", drawOpen);
-  addEventListener("beforeprint", () => { drawOpen(); resize(PRINT_WIDTH); });
-  addEventListener("afterprint", () => resize(null));
+  addEventListener("beforeprint", () => { drawOpen(); paint(false); resize(PRINT_WIDTH); });
+  addEventListener("afterprint", () => { paint(darkness.matches); resize(null); });
+  darkness.addEventListener("change", () => paint(darkness.matches));
   document.documentElement.dataset.drawn = figures.length;
 
   /** The data of a plot, which are packed where they are many. */
@@ -53,17 +60,43 @@
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
-  function draw(figure) {
-    const spec = specs.get(figure);
+  /** What a plot is drawn from, in the colours of the ground, each trace with its own numbers. */
+  function parsed(text) {
+    const spec = JSON.parse(isDark ? recoloured(text, onDark) : text);
     for (const trace of spec.data ?? [])
       for (const side of ["x", "y"]) if (trace[side]?.shared !== undefined) trace[side] = spec.shared[trace[side].shared];
+    return spec;
+  }
+
+  /** A text with other colours, opaque and faded ones. */
+  function recoloured(text, colours) {
+    return text.replace(/#[0-9a-f]{6}\b|rgba\((\d+),(\d+),(\d+),/g, (found, ...parts) => {
+      if (found[0] === "#") return colours[found] ?? found;
+      const other = colours["#" + parts.slice(0, 3).map((part) => Number(part).toString(16).padStart(2, "0")).join("")];
+      return other ? `rgba(${[1, 3, 5].map((at) => parseInt(other.slice(at, at + 2), 16)).join(",")},` : found;
+    });
+  }
+
+  /** All figures in the colours of a ground, as they are zoomed and chosen. */
+  function paint(toDark) {
+    if (toDark === isDark) return;
+    isDark = toDark;
+    for (const figure of figures) {
+      specs.set(figure, parsed(texts.get(figure)));
+      const canvas = figure.querySelector(".canvas");
+      if (!waiting.has(figure)) Plotly.react(canvas, ...JSON.parse(recoloured(JSON.stringify([canvas.data, canvas.layout]), isDark ? onDark : onWhite)));
+    }
+  }
+
+  function draw(figure) {
+    const spec = specs.get(figure);
     const canvas = figure.querySelector(".canvas");
     for (const part of [canvas, figure.querySelector(".controls")]) part.hidden = false;
     figure.querySelector(".still").hidden = true;
     if (figure.dataset.kind === "orbits") return drawOrbits(figure, canvas, spec);
     const layout = { ...structuredClone(spec.layout ?? {}), autosize: true }; // plotly changes it, a reset needs it as given
     if (coarse) layout.dragmode = false; // a finger scrolls the page, two zoom it
-    const narrow = canvas.clientWidth < 520;
+    const narrow = canvas.clientWidth < NARROW;
     if (narrow && layout.narrow) Object.assign(layout, layout.narrow);
     if (layout.height) canvas.style.height = `${layout.height}px`;
     Object.assign(layout, marks(figure, spec.layout));
@@ -72,7 +105,7 @@
       select.addEventListener("change", () => {
         const traces = seen(figure, spec.data);
         Plotly.restyle(canvas, { visible: traces.map((trace) => trace.visible ?? true) });
-        Plotly.relayout(canvas, marks(figure, spec.layout));
+        Plotly.relayout(canvas, marks(figure, specs.get(figure).layout));
         reset(canvas).then(() => { back.hidden = true; });
       });
     const back = figure.querySelector("button[data-do=reset]"); // there once something is to be reset
@@ -90,7 +123,7 @@
       button.addEventListener("click", () => {
         if (format === "csv") return saveText(`${filename}.csv`, numbers(canvas));
         const lines = wrapped((figure.querySelector("h3") ?? document.querySelector("h1")).textContent, canvas.clientWidth / 7.5);
-        Plotly.downloadImage(onWhite(canvas, lines), { format, scale: format === "png" ? 2 : 1, filename,
+        Plotly.downloadImage(saved(canvas, lines), { format, scale: format === "png" ? 2 : 1, filename,
           width: canvas.clientWidth, height: canvas.clientHeight + TITLE_LINE * lines.length });
       });
     }
@@ -105,7 +138,8 @@
   }
 
   /** A plot as it is zoomed, below its title and on a ground of its own: what is saved is seen elsewhere. */
-  function onWhite({ data, layout }, lines) {
+  function saved(canvas, lines) {
+    const whole = JSON.stringify([canvas.data, canvas.layout]), [data, layout] = JSON.parse(isDark ? recoloured(whole, onWhite) : whole);
     const title = { text: lines.map(inert).join("<br>"), font: { size: 14 }, x: 0, xref: "container", xanchor: "left", y: 1, yref: "container", yanchor: "top", pad: { l: 8, t: 8 } };
     const margin = { ...layout.margin, t: (layout.margin?.t ?? 0) + TITLE_LINE * lines.length };
     return { data, layout: { ...layout, title, margin, height: undefined, width: undefined, paper_bgcolor: "#ffffff" } };
@@ -196,27 +230,30 @@
 
   function drawOrbits(figure, canvas, spec) {
     const slider = figure.querySelector("input"), output = figure.querySelector("output");
-    const colours = { measured: "#7a7a7a", model: "#2b7ab8" }, names = Object.keys(spec.planes);
+    const names = Object.keys(spec.planes), isNarrow = canvas.clientWidth < NARROW;
+    const [rows, columns] = isNarrow ? [names.length, 1] : [1, names.length];
+    if (isNarrow) canvas.style.height = `${ORBIT_HEIGHT * rows}px`;
     const turn = Array.from({ length: 73 }, (_, step) => (2 * Math.PI * step) / 72);
     const layout = { autosize: true, margin: { l: 56, r: 10, t: 56, b: 46 }, showlegend: true, dragmode: false,
       font: { size: 12, family: "system-ui, sans-serif" }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       legend: { orientation: "h", x: 0, y: 1, yref: "container", yanchor: "top" },
-      grid: { rows: 1, columns: names.length, pattern: "independent", xgap: 0.15 }, annotations: [] };
-    const nticks = Math.max(4, Math.min(5, Math.floor(canvas.clientWidth / names.length / TICK)));
+      grid: { rows, columns, pattern: "independent", xgap: 0.15, ygap: 0.25 }, annotations: [] };
+    const nticks = Math.max(4, Math.min(5, Math.floor(canvas.clientWidth / columns / TICK)));
     names.forEach((name, index) => {
       const end = index ? index + 1 : "";
       layout["xaxis" + end] = { title: { text: `x (${spec.unit})` }, constrain: "domain", tickangle: 0, nticks };
-      layout["yaxis" + end] = { title: index ? undefined : { text: `y (${spec.unit})` }, scaleanchor: "x" + end, constrain: "domain", nticks };
+      layout["yaxis" + end] = { title: index && !isNarrow ? undefined : { text: `y (${spec.unit})` }, scaleanchor: "x" + end, constrain: "domain", nticks };
       layout.annotations.push({ text: inert(name), showarrow: false, xref: `x${end} domain`, yref: `y${end} domain`, x: 0.5, y: 1.09 });
     });
     function traces(at) {
+      const { colours } = specs.get(figure);
       return names.flatMap((name, index) => Object.entries(spec.planes[name]).flatMap(([kind, phasors]) => {
         const [xr, xi, yr, yi] = phasors[at];
         const point = (real, imaginary) => turn.map((t) => real * Math.cos(t) - imaginary * Math.sin(t));
         const end = index ? index + 1 : "";
         const common = { xaxis: "x" + end, yaxis: "y" + end, legendgroup: kind, hoverinfo: "x+y" };
         return [{ ...common, x: point(xr, xi), y: point(yr, yi), mode: "lines", name: kind, showlegend: !index,
-            line: { color: colours[kind] ?? "#7a7a7a", width: 2, dash: kind === "model" ? "solid" : "dot" } },
+            line: { color: colours[kind], width: 2, dash: kind === "model" ? "solid" : "dot" } },
           { ...common, x: [xr], y: [yr], mode: "markers", showlegend: false, marker: { color: colours[kind], size: 8 } }];
       }));
     }
