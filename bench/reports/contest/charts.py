@@ -56,7 +56,7 @@ def solved_chart(board: pd.DataFrame, pairs: pd.DataFrame, measure: Measure, tit
         Panel(tuple(_costs(rows, measure, at)), Axis("", "log", better="low"), y, "evaluations to reach it once", tall),
         Panel((Points(rows["seconds"], at, said="{x:.3g} s"),), Axis("", "log"), y, "time of a run (s)", tall),
     )
-    apart = "Green bars join methods that no test separates." if bars else "No test separates any two methods."
+    apart = "Green bars join methods that no test separates." if bars else "Tests separate any two methods."
     caption = (
         f"Dots with 95 % intervals over all instances; the rank, before the name, is by the mean rank of the {measure.name} at the"
         f" end, '=' of methods that tie. Evaluations: expected ones until a run reaches the target. {apart}"
@@ -93,13 +93,12 @@ def _costs(rows: pd.DataFrame, measure: Measure, at: Array) -> Iterator[Element]
 def _bars(
     methods: Sequence[str], pairs: pd.DataFrame, criterion: str, start: float, step: float, *, width: float
 ) -> list[Line]:
-    """Bars next to the rows of methods that no test separates, the first at `start`; none that joins all."""
+    """Bars next to the rows of methods that no test separates, the first at `start`."""
     alike = cliques(methods, pairs[(pairs["family"] == "all") & (pairs["criterion"] == criterion)])
     bars: list[Line] = []
     for clique in alike:
-        if len(clique) < len(methods):
-            x, first = start + step * len(bars), methods.index(clique[0])
-            bars.append(Line([x, x], [first - 0.3, first + len(clique) - 0.7], width=width, colour=INTERVAL))
+        x, first = start + step * len(bars), methods.index(clique[0])
+        bars.append(Line([x, x], [first - 0.3, first + len(clique) - 0.7], width=width, colour=INTERVAL))
     return bars
 
 
@@ -205,7 +204,7 @@ def ranks_chart(board: pd.DataFrame, pairs: pd.DataFrame) -> Chart:
         stacks.append(
             (Panel(tuple(elements), x_axis, named_rows(methods), fill(WORDS[name], TITLE), 0.3 + 0.3 * len(methods)),)
         )
-    apart = "green bars join methods that no test separates" if has_bars else "no test separates any two"
+    apart = "green bars join methods that no test separates" if has_bars else "tests separate any two"
     said_of_all = f"Mean rank of each method over all instances with its 95 % interval; {apart}."
     return Chart("Mean ranks", said_of_all, tuple(stacks), len(stacks), 4.2 * len(stacks) + 0.5)
 

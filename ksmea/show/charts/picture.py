@@ -272,12 +272,14 @@ def _line(axes: Axes, element: of.Line, labelled: dict[str, Any]) -> None:
 
 def _level(axes: Axes, element: of.Level, labelled: dict[str, Any]) -> None:
     is_flat = element.along == "y"
-    draw = axes.axhline if is_flat else axes.axvline
-    draw(element.at, linestyle=LINES[element.dash], linewidth=element.width, **labelled)
+    across = axes.get_yaxis_transform() if is_flat else axes.get_xaxis_transform()
+    at, whole = [element.at, element.at], [0.0, 1.0]
+    style: dict[str, Any] = {"linestyle": LINES[element.dash], "linewidth": element.width, "transform": across}
+    # as axhline does, which fixes the ends anew for each line, with a warning while they are equal
+    axes.plot(*((whole, at) if is_flat else (at, whole)), scalex=not is_flat, scaley=is_flat, **style, **labelled)
     if element.label:
         place = (0.01, element.at) if is_flat else (element.at, 0.97)
-        across = axes.get_yaxis_transform() if is_flat else axes.get_xaxis_transform()
-        style: dict[str, Any] = {"va": "bottom"} if is_flat else {"va": "top", "rotation": 90, "ha": "right"}
+        style = {"va": "bottom"} if is_flat else {"va": "top", "rotation": 90, "ha": "right"}
         style |= {"bbox": {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.5}, "color": labelled["color"]}
         axes.text(*place, element.label, transform=across, fontsize=SMALL, **style)
 
