@@ -314,7 +314,10 @@ def test_ranks_ties_and_targets_that_no_run_reaches_are_drawn(found):
     board = leaderboard(compared, weights(compared))
     measure, pairs = compared.measures[0], all_pairs_frame(compared)
     tied = solved_chart(board, pairs, measure, "title")
-    assert list(tied.panels[0].y.ticks.values()) == ["=1 fast", "=1 slow"] and "No test separates" in tied.caption
+    assert list(tied.panels[0].y.ticks.values()) == ["=1 fast", "=1 slow"] and "no test separates" in tied.caption
+    apart = solved_chart(board, pairs.assign(told_apart=True), measure, "title")
+    assert "Tests separate any two methods" in apart.caption
+    assert len(tied.panels[0].elements) == len(apart.panels[0].elements) + 1  # the bar that joins both
     is_slow = board["method"] == "slow"
     board.loc[is_slow, [f"{measure.name}_ert", f"{measure.name}_rank"]] = [np.inf, 2.0]
     board.loc[~is_slow, f"{measure.name}_ert_high"] = np.inf

@@ -142,7 +142,7 @@ def test_an_index_tells_of_folders_whose_plan_or_page_is_broken(tmp_path):
         if page:
             (tmp_path / name / "index.html").write_text(page)
     page = index_page(tmp_path).decode()
-    assert "&lt;b&gt;" in page and "<b>" not in page and page.count("no page yet") == 2
+    assert "&lt;b&gt;" in page and "<b>" not in page and page.count("No page yet") == 2
 
 
 def test_an_index_names_the_command_that_finds_a_nested_folder(tmp_path, monkeypatch):
