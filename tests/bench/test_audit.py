@@ -97,6 +97,7 @@ def test_errors_that_are_one_have_the_chance_of_the_smallest():
 # -- of the paper --
 
 
+@pytest.mark.slow
 def test_every_printed_error_has_a_row_in_every_reading(frame):
     assert list(frame) == list(COLUMNS)
     single = frame[frame["parameter"] != TOGETHER]

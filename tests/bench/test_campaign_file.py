@@ -190,6 +190,7 @@ def test_a_weight_on_no_disk_is_remarked(folder, enter):
     assert "run trial: 150 g mm at 0.33 m, 60° sits on no disk (disk 1 at 0.2 m, disk 2 at 0.5 m" in ended.out
 
 
+@pytest.mark.slow
 def test_an_unknown_weight_is_found_from_the_command_line(folder, enter):
     (folder / "campaign.yaml").write_text(TWO_RUNS.replace(", g_mm: 150, angle_deg: 60", ""))
     words = ["+experiment=identify", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]

@@ -94,6 +94,7 @@ def test_another_call_computes_nothing_and_says_the_same(table3, quick, apart):
     assert {path: path.read_bytes() for path in table3.output.glob("records/*.jsonl")} == before
 
 
+@pytest.mark.slow
 def test_more_repetitions_compute_the_new_ones_only(enter, cheapest):
     first = enter(*cheapest, "repetitions=2")
     kept = first.records()

@@ -116,6 +116,7 @@ def rewrite_records(ended, change):
     path.write_text("".join(json.dumps(line) + "\n" for line in lines if line is not None))
 
 
+@pytest.mark.slow
 def test_explain_a_run_that_is_done(real, enter):
     run = read_plan(real.output).runs[1]
     ended = enter("explain", run.key)
@@ -255,6 +256,7 @@ def test_collect_fails_where_a_run_has_failed(real, enter):
     assert ended.table("run")["failed"].eq(1).all()
 
 
+@pytest.mark.slow
 def test_commands_reach_the_experiments_that_one_includes(real, enter, cheapest):
     ended = enter("+experiment=paper", "includes=[table3,table4]", *cheapest, "repetitions=1", output="results/paper")
     assert ended.code == 0, ended.err

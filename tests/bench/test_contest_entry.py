@@ -36,6 +36,7 @@ def instances(plan):
 TWO = "grid=[{label: DE, method: direct, optimizer: de},{label: RSM, method: ksmea, surrogate: rsm, optimizer: lm, samples: 100}]"
 
 
+@pytest.mark.slow
 def test_a_newcomer_meets_the_instances_and_seeds_of_the_others(newcomer, enter):
     """Problem, measurement and seed, so noise, and budget are equal.
 

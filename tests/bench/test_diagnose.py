@@ -96,6 +96,7 @@ def test_how_clearly_visible_it_was_is_judged_from_the_true_values(hidden):
         assert abs(part["value"] - interval["value"]) < interval["high"] - interval["low"]
 
 
+@pytest.mark.slow
 def test_the_extended_model_is_a_problem_that_other_commands_take(hidden, enter):
     head = (hidden.output / "extended.yaml").read_text(encoding="utf-8").splitlines()[0]
     assert head.startswith("# This file holds runout (") and head.endswith('fitted to the measurement "synthetic":')
@@ -109,6 +110,7 @@ def test_the_extended_model_is_a_problem_that_other_commands_take(hidden, enter)
         assert table.loc[name, "reference"] == pytest.approx(identified[name]["value"], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_reversed_probe_of_a_file_is_noticed_and_data_that_were_made_are_not_looked_at(enter, hidden, tmp_path):
     measurement = File(path=str(ROOT / "docs/examples/run_up.csv")).read()
     turned = dataclasses.replace(measurement, values=measurement.values * [1, -1])
@@ -166,6 +168,7 @@ def test_intervals_that_are_reported_are_set_beside_true_values(hidden, verdict,
     assert tuple(row.values()) == expected
 
 
+@pytest.mark.slow
 def test_many_runs_are_counted(enter):
     words = ["+experiment=diagnosis_effects", *DATA, FEW, "repetitions=2", "workers=1", "seed=3"]
     grid = "grid=[{label:runout,measurement.hidden:[[runout]]},{label:none,measurement.hidden:[[]]}]"

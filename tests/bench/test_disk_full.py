@@ -3,7 +3,10 @@
 import subprocess
 import sys
 
+import pytest
 
+
+@pytest.mark.slow
 def test_what_was_written_before_the_disk_was_full_is_kept(quick, table3, enter, tmp_path):
     words = [*quick, "repetitions=4", "workers=2"]
     command = [sys.executable, "-m", "bench", *words]

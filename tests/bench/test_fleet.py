@@ -48,6 +48,7 @@ def identify(enter, *words):
     return enter(*IDENTIFY, *words, output="results/identify_fleet")
 
 
+@pytest.mark.slow
 def test_each_file_has_a_row_and_a_broken_one_costs_its_own(enter, fleet):
     (fleet / "broken.csv").write_text("speed,amplitude\n1,2\n")
     few = run_up(3).splitlines()
@@ -95,6 +96,7 @@ def test_what_fits_no_file_is_a_wrong_setting_and_refuses(enter, fleet):
     assert ended.code == 2 and "expected speeds from 500000" in ended.err and not ended.output.exists()
 
 
+@pytest.mark.slow
 def test_only_new_and_changed_files_are_computed(enter, fleet):
     words = [EVERY, "study.intervals=none"]
     assert started(identify(enter, *words)) == 2

@@ -27,6 +27,7 @@ def files(tmp_path):
         (tmp_path / name).write_text(as_csv(run_up(n_speed=20, seed=seed)[0]))
 
 
+@pytest.mark.slow
 def test_each_measured_file_has_a_folder_of_its_own(enter, files, tmp_path):
     first = enter(*IDENTIFY, "measurement.path=first.csv", output="results/identify_first")
     kept = (first.output / "identify.csv").read_bytes()

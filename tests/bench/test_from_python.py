@@ -69,6 +69,7 @@ def test_what_the_command_line_refuses_is_an_error_in_its_words(experiment, sett
         bench.run(experiment, output=tmp_path, **settings)
 
 
+@pytest.mark.slow
 def test_a_failed_run_is_counted_and_raises_nothing(tmp_path):
     made = bench.run("table3", output=tmp_path, timeout=0.01, repetitions=1, samples=200, workers=1)
     assert made.failed == 1 and set(made.runs["status"]) == {"timeout"}
@@ -82,6 +83,7 @@ print(bench.run("table3", output="out", repetitions=2, workers=2, samples=25, st
 """
 
 
+@pytest.mark.slow
 def test_a_script_without_a_main_guard_is_not_begun_again_by_the_workers(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)

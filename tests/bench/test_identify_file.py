@@ -207,6 +207,7 @@ def test_known_noise_is_not_estimated(identified):
     assert "noise as stated datum by datum: " in ended.out
 
 
+@pytest.mark.slow
 def test_phases_given_as_lag_are_noticed(identified):
     measurement, _ = run_up(n_speed=40)
     ended = identified(dataclasses.replace(measurement, values=measurement.values.conj()), "optimizer.starts=5")
@@ -241,6 +242,7 @@ def test_a_pipe_that_closes_early_is_no_error(tmp_path):
     assert done.stdout.startswith("three_disk, run.csv: 20 speeds") and "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_several_runs_have_a_block_each(enter, tmp_path):
     measurement, _ = run_up(n_speed=20)
     (tmp_path / "run.csv").write_text(as_csv(measurement))

@@ -94,6 +94,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_next_call_does_the_rest(interrupt
     assert_completed_as_undisturbed(ended, table3, kept)
 
 
+@pytest.mark.slow
 def test_sigkill_keeps_what_is_finished_and_the_next_call_does_the_rest(interrupted, table3, quick, enter):
     code, _, _, record_file = interrupted(signal.SIGKILL)
     assert code == -signal.SIGKILL

@@ -112,6 +112,7 @@ def test_whatever_it_does_while_it_is_imported(kind, apart, alone, tmp_path):
     assert ended.code == 1
 
 
+@pytest.mark.slow
 def test_whatever_its_settings_are(apart, alone, tmp_path):
     texts = {
         f"bad{n}": source("optimizer", settings=each, name=f"Bad{n}")

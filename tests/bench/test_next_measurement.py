@@ -71,6 +71,7 @@ def measured(tmp_path, monkeypatch):
     return parts
 
 
+@pytest.mark.slow
 def test_a_measured_run_becomes_a_campaign_with_a_run_to_be_measured(plan, tmp_path, measured, enter):
     folder = tmp_path / "results" / "diagnose_up"
     folder.mkdir(parents=True)

@@ -30,6 +30,7 @@ def folder(tmp_path):
     return tmp_path / ODD
 
 
+@pytest.mark.slow
 def test_a_run_in_such_a_folder_with_such_names(folder, shell, apart):
     """One run in a process that Python starts: working directory, output, plugin and measurement."""
     rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5])

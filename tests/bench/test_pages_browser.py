@@ -156,6 +156,7 @@ def test_it_is_printed_light_and_whole(driver, identified):
     assert not driver.find_element("css selector", ".controls").is_displayed()
 
 
+@pytest.mark.slow
 def test_markup_in_names_does_nothing(driver, apart, identified, tmp_path):
     fleet = tmp_path / "fleet"
     fleet.mkdir()

@@ -69,6 +69,7 @@ def two(apart, cheapest, tmp_path_factory):
     return apart(*cheapest, *TWO, draws=True, cwd=tmp_path_factory.mktemp("two"), output="results/run")
 
 
+@pytest.mark.slow
 def test_problems_with_other_unknowns_share_an_experiment(two):
     assert (two.code, two.err) == (0, "")
     runs, table = two.runs(), two.table("run")

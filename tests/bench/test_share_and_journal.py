@@ -26,6 +26,7 @@ def results_of(ended):
     }
 
 
+@pytest.mark.slow
 def test_finished_runs_of_the_same_key_are_taken_over(enter, cheapest, tmp_path):
     first = enter(*cheapest, "repetitions=2", "output='one, of two'", output="one, of two")
     second = enter(*cheapest, "repetitions=2", "output=two", "share=['one, of two']", output="two")

@@ -252,6 +252,7 @@ def test_submitted_twice_it_is_done_once(call, place, serial):
     assert_same_tables(output, serial)
 
 
+@pytest.mark.slow
 def test_whoever_waits_may_be_killed_and_the_same_command_goes_on(place, call, serial):
     command = [sys.executable, "-m", "bench", *WORDS, *ARRAY, "output=orphaned"]
     parent = subprocess.Popen(command, cwd=place, stdout=subprocess.PIPE, stderr=subprocess.PIPE)

@@ -87,6 +87,7 @@ def test_effects_that_are_the_same_are_ambiguous_and_said_to_be(rotor, hide):
     assert found.collinearity[other] > 0.999
 
 
+@pytest.mark.slow
 def test_what_is_not_in_the_registry_is_unknown_or_a_known_alias(rotor, hide):
     """Without runout in the library no effect is constant over speed, and none must be named with confidence, however hard it is
     looked for."""

@@ -99,6 +99,7 @@ def test_differences_between_runs_tell_no_free_force():
     assert not can_recover(Case.of(problem, dataclasses.replace(measurement, campaign=campaign)), 0.4)
 
 
+@pytest.mark.slow
 def test_a_fit_starts_where_the_law_explains_the_data():
     """One start, whose likelihood is that of the true values or higher; none where a free force is not enough."""
     problem, measurement, effect = rubbing(0.4)

@@ -47,6 +47,7 @@ def named(rotor, hide):
     return record, found[-1]
 
 
+@pytest.mark.slow
 def test_without_a_library_the_place_is_found_and_the_law(unnamed):
     record, effect, size = unnamed
     assert record.verdict == "located" and not record.named and not record.ranking

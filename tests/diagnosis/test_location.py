@@ -164,6 +164,7 @@ def test_a_right_model_is_left_alone():
     assert accepted(found) == {"force at 1 m"}  # a force that is next to nothing
 
 
+@pytest.mark.slow
 def test_force_and_moment_are_tried_together_where_neither_is_enough():
     rng = np.random.default_rng(9)
     both = Unmodelled(LATERAL, 1.0)

@@ -24,6 +24,7 @@ def record(rotor, hide):
     return diagnosis(Case(rotor, measurement), effects, np.random.default_rng(0), options=FAST)
 
 
+@pytest.mark.slow
 def test_a_record_comes_back_from_json(record):
     assert record.verdict == "named" and record.named == record.ambiguity_group == ("runout",)
     assert DiagnosisRecord.from_data(json.loads(json.dumps(record.to_data()))) == record

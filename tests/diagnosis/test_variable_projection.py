@@ -67,6 +67,7 @@ def run_up(layout, position):
     return Case(problem, measurement)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not RUN_UP.is_file(), reason=f"{RUN_UP} is not here: public data that are not committed")
 def test_effects_on_a_real_run_up_end_at_the_best_maximum_of_their_neighbours():
     """Fits from nearby end at 112.6 for a thermal bow and 112.3 for a runout (ΔBIC); docs/rk4.md has these."""

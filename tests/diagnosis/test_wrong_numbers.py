@@ -58,6 +58,7 @@ def test_a_number_that_is_wrong_by_far_is_named(tmp_path, number, known, sizes, 
         assert not any(each.is_contradicted for each in found.inputs)  # with the effect the number itself is not seen
 
 
+@pytest.mark.slow
 def test_numbers_within_their_tolerance_are_no_finding(tmp_path):
     """All of them off by a standard deviation or so: adequate with the tolerances, and not without."""
     tolerant = pump(tmp_path, more="tolerances: typical")
@@ -100,6 +101,7 @@ def test_a_probe_50_mm_from_its_place_is_found_in_data_of_another_program():
     assert "probe_position" in found.named
 
 
+@pytest.mark.slow
 def test_an_impeller_that_is_heavier_is_found_with_its_inertia():
     found = of_case("pump_mass", **BRIEF)
     assert "disk_mass" in found.record.ambiguity_group

@@ -101,6 +101,7 @@ def test_a_diagnosis_says_the_noise_of_each_run():
     assert found.verdict == "adequate" and "run bare " in str(found) and "noise of its own for each" in str(found)
 
 
+@pytest.mark.slow
 def test_an_unknown_force_is_located_beside_the_noise_of_each_run():
     """Unbalance on the first disk, that the model has not: where it acts is found, in the noise that each run has."""
     hidden = create("effect", "unbalance", {"position": 0.2}).added_to(SEEN)

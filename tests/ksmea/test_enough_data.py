@@ -55,6 +55,7 @@ def test_fewer_data_than_unknowns_are_refused():
         ksmea.identify(PROBLEM, measured(np.linspace(300, 1200, 6)))
 
 
+@pytest.mark.slow
 def test_a_fit_of_hardly_more_data_is_not_called_an_explanation():
     few = ksmea.identify(PROBLEM, measured(np.linspace(300, 1200, 13)), "direct").record
     assert few.lack_of_fit is None and few.data.too_few_to_test

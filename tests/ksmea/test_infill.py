@@ -124,6 +124,7 @@ def identified(infill, seed, surrogate=Kriging(trend="constant"), samples=4, **s
     return found
 
 
+@pytest.mark.slow
 def test_it_leaves_a_valley_that_the_lowest_prediction_stays_in():
     """The textbook case (chapter 3 of the same book): samples that show the broad valley alone."""
     found = {

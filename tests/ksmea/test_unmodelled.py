@@ -27,6 +27,7 @@ def at(data):
     return next(position for position in (0.2, 1.0) if f"{position:g} m" in data.hidden[0].location)
 
 
+@pytest.mark.slow
 def test_beside_the_force_at_its_place_the_stiffnesses_are_true(rotor, data):
     result = ksmea.identify(rotor, data, unmodelled=at(data), **FAST)
     [site] = result.record.location.sites

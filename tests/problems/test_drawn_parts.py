@@ -117,6 +117,7 @@ def test_a_sleeve_lies_between_the_bearings(number):
     assert layer.inner_radius == segments[place].outer_radius
 
 
+@pytest.mark.slow
 def test_the_order_of_parts_changes_nothing():
     one, other = (Drawn(family="isotropic", machine_parts=list(order)) for order in (ALL, ALL[::-1]))
     assert one.build() is other.build()
