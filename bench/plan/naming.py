@@ -28,6 +28,23 @@ def _differ(axis: str) -> Any:
     return lambda cells: len({str(cell.place.get(axis)) for cell in cells}) > 1
 
 
+def naming_axes(plan: Plan) -> tuple[str, ...]:
+    """Axes in the names of cells: the telling ones but for those whose value follows from an earlier one."""
+    kept: list[str] = []
+    for axis in telling_axes(plan):
+        if not any(_follows(plan, axis, earlier) for earlier in kept):
+            kept.append(axis)
+    return tuple(kept)
+
+
+def _follows(plan: Plan, axis: str, earlier: str) -> bool:
+    """Whether all cells with one value of an earlier axis have one value of this axis."""
+    values: dict[str, set[str]] = {}
+    for cell in plan.cells:
+        values.setdefault(str(cell.place.get(earlier)), set()).add(str(cell.place.get(axis)))
+    return all(len(each) == 1 for each in values.values())
+
+
 def place_text(value: Any) -> str:
     """A setting's value as tables and figures print it.
 
@@ -42,7 +59,7 @@ def place_text(value: Any) -> str:
 
 def cell_name(plan: Plan, cell: Cell) -> str:
     """For example 'KSMEA, samples 40'."""
-    parts = [(axis, cell.place.get(axis)) for axis in telling_axes(plan)]
+    parts = [(axis, cell.place.get(axis)) for axis in naming_axes(plan)]
     return ", ".join(place_text(value) if axis == "label" else f"{axis} {place_text(value)}" for axis, value in parts)
 
 

@@ -91,7 +91,8 @@ def balance_page(record: BalanceRecord) -> Page:
     )
     sections.append(Section("Influence coefficients", (Drawn(partial(coefficients_chart, record)), all_of_them)))
     if record.weights:
-        sections.append(Section("Unknown weights", (Table(left_out_frame(record.weights), file="weights.csv"),)))
+        weights = Folded("All columns", (Table(left_out_frame(record.weights), file="weights.csv"),))
+        sections.append(Section("Unknown weights", (weights,)))
     return Page(headline(record), tuple(sections))
 
 
@@ -99,7 +100,7 @@ def headline(record: BalanceRecord) -> str:
     """The correction weights in a line."""
     found = record.correction
     weights = [
-        f"{weight.size:.4g} {found.unit(index)} at {weight.angle:.0f}° at {position:g} m"
+        f"{weight.size:.4g} {found.unit(index)} at {weight.angle:.0f}° at {position:g} m".replace("-", "−")
         for index, (position, weight) in enumerate(zip(found.position, found.weight))
     ]
     if found.common:

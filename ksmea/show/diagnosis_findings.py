@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 from ksmea.measurement.notation import Notation
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
@@ -39,6 +40,7 @@ AGREES = "the machine itself agrees with the model."
 MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
 FAR = 1.3  # times the noise, below which odds say more
 MOST_ODDS = 1e6
+SPLIT = "the further measurement that is proposed distinguishes it"
 
 
 @dataclass(frozen=True)
@@ -92,12 +94,12 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     with_cause = (
         ""
         if test.after is None
-        else f" With {'it' if len(record.applied) == 1 else 'both'} the residuals are consistent with noise ({chance(test.after)})."
+        else f" With {'this cause' if len(record.applied) == 1 else 'both causes'} the residuals are consistent with noise ({chance(test.after)})."
     )
     if record.verdict == AMBIGUOUS and record.applied:
         with_cause += f" Best fit: {' and '.join(_said(effect, notation) for effect in record.applied)}."
     doubt = "".join(
-        f" But {name.replace('_', ' ')} ends at its physical limit: another cause is likely."
+        f" But {name.replace('_', ' ')} ends at its physical limit: a part that acts much like this one is likely."
         for name in at_limits(record)
     )
     if record.predictive_gain is not None and not record.predictive_gain.is_supported:
@@ -129,7 +131,8 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
         has_angle = any(
             f"{{{name}" in statement.sentence and size.angle is not None for name, size in statement.sizes.items()
         )
-        yield ends, f"95 % interval of its size{' and angle' if has_angle else ''}"
+        of_which = f", if it is {statement.words}" if record.verdict == AMBIGUOUS else ""
+        yield ends, f"95 % interval of the size{' and angle' if has_angle else ''}{of_which}"
     if record.is_explained and (found := others(record)):
         least = found[0]
         count = len({trial.effect for trial in record.ranking}) - len(record.named or record.ambiguity_group[:1])
@@ -145,8 +148,8 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
                 f"odds by BIC against {of}: the data fit it with {_times(least.multiple)} the noise",
             )
     if (gain := record.predictive_gain) is not None and record.is_explained:
-        verdict = "confirmed" if gain.is_supported else "not confirmed"
-        blocks = f"blocks of speeds that were left out of the fit are predicted better with it: {verdict}"
+        too_few = "" if gain.is_supported else ": too few to confirm it"
+        blocks = f"blocks of speeds, left out of the fit, are predicted better with the cause than as given{too_few}"
         yield f"{gain.n_better} of {len(gain.by_block)}", blocks
     if record.verdict in (ADEQUATE, UNSEEN) and (seen := list(record.min_detectable.values())):
         shown = sum(any(part.observable for part in parts) for parts in seen)
@@ -154,9 +157,9 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
     quality = record.lack_of_fit.after if record.is_explained else record.lack_of_fit.before
     if quality is not None:
         level = record.noise.after if record.is_explained and record.noise.after is not None else record.noise.before
-        fit = "the fit is good, as only" if quality.p >= record.lack_of_fit.level else "the fit is poor, as"
-        noise = f"noise {_noise(level, notation)}{'' if record.noise.known else ', estimated'}"
-        yield chance(quality), f"{fit} p below {record.lack_of_fit.level:g} rejects it; {noise}"
+        fit = "no lack of fit" if quality.p >= record.lack_of_fit.level else "lack of fit"
+        noise = f"noise {_noise(level, notation)}{'' if record.noise.known else ', estimated from the residuals'}"
+        yield chance(quality), f"{fit} (rejected below {record.lack_of_fit.level:g}); {noise}"
 
 
 def checks(record: DiagnosisRecord) -> list[str]:
@@ -179,7 +182,7 @@ def others(record: DiagnosisRecord) -> list[Other]:
             near = behind <= NEAR or trial.effect in record.ambiguity_group
             multiple = _needed(record, drop - trial.deviance_drop)
             found[trial.effect] = Other(trial, cause(trial), multiple, behind, near)
-    return sorted(found.values(), key=_multiple)
+    return sorted(found.values(), key=attrgetter("multiple"))
 
 
 def as_given(record: DiagnosisRecord) -> float | None:
@@ -196,11 +199,27 @@ def look_alikes(record: DiagnosisRecord) -> Iterator[str]:
     known = {name: by_name[name] for name in record.aliases if name in by_name}
     ruled_out = [each for each in known.values() if not each.is_near]
     if ruled_out:
-        said = ", ".join(f"{each.words} ({_times(each.multiple)} the noise)" for each in ruled_out)
+        said = ", ".join(f"{each.words} ({against(each)})" for each in ruled_out)
         yield f"Ruled out by these data, although it can look like it: {said}."
     for name, each in known.items():
         if each.is_near:
-            yield f"{capital(each.words)} cannot be ruled out: {record.aliases[name]}."
+            proposed = "the further measurement that is proposed distinguishes it"
+            how = proposed if _is_split(record, name) else record.aliases[name]
+            yield f"{capital(each.words)} cannot be ruled out: {how}."
+
+
+def _is_split(record: DiagnosisRecord, name: str) -> bool:
+    """Whether a further measurement is proposed that distinguishes an effect."""
+    return record.split is not None and not any(name in pair for pair in record.split.together)
+
+
+def against(other: Other) -> str:
+    """How much worse another cause explains the data: '× 6.9 the noise', or odds where that is little."""
+    return (
+        f"{_times(other.multiple)} the noise"
+        if other.multiple >= FAR
+        else f"odds {_odds(other.behind)} to 1 against it"
+    )
 
 
 def file_line(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
@@ -306,8 +325,7 @@ def _either(record: DiagnosisRecord, notation: Notation) -> str:
         found.setdefault(" with ".join(one.words for one in stated), words)
     names = list(found.values()) or [name.replace("_", " ") for name in record.ambiguity_group]
     if len(names) == 1:
-        places = " or ".join(statements.place(each, notation) for each in record.locations)
-        return capital(f"{names[0]} ({places})")
+        return capital(f"{names[0]} ({' or '.join(statements.place(each, notation) for each in record.locations)})")
     return capital(f"{', '.join(names[:-1])} or {names[-1]}")
 
 
@@ -327,9 +345,9 @@ def _how_well(record: DiagnosisRecord) -> str:
             groups[-1].append(name)
         else:
             groups.append([name])
-    said = [f"{_listed(group)}{{}} to {number(100 * widths[group[-1]], 1)} %" for group in groups]
-    if not said:
+    if not groups:
         return ""
+    said = [f"{_listed(group)}{{}} to {number(100 * widths[group[-1]], 1)} %" for group in groups]
     verb = " is known" if len(groups[0]) == 1 else " are known"
     return "; " + ", ".join([said[0].format(verb), *(each.format("") for each in said[1:])])
 
@@ -357,16 +375,9 @@ def _needed(record: DiagnosisRecord, rise: float) -> float:
     return math.exp(min(max(rise, 0.0) / (2 * n), math.log(MOST_MULTIPLE)))
 
 
-def _multiple(other: Other) -> float:
-    return other.multiple
-
-
 def _times(multiple: float) -> str:
-    return (
-        f"{TIMES} {'more than ' if multiple >= MOST_MULTIPLE else ''}{number(multiple, 2)}"
-        if multiple >= 1.05
-        else f"{TIMES} {multiple:.2f}"
-    )
+    more = "more than " if multiple >= MOST_MULTIPLE else ""
+    return f"{TIMES} {more}{number(multiple, 2) if multiple >= 1.05 else f'{multiple:.2f}'}"
 
 
 def _odds(behind: float) -> str:
@@ -380,11 +391,8 @@ def _odds(behind: float) -> str:
 def _noise(level: NoiseLevelRecord, notation: Notation) -> str:
     """'6.2 % of each reading + 0.009 mil pp'."""
     parts = [f"{two_digits(100 * level.relative)} % of each reading"] if level.relative else []
-    parts += (
-        [f"{two_digits(notation.vibration(level.floor))} {notation.unit}"]
-        if level.floor > LEAST_FLOOR or not parts
-        else []
-    )
+    if level.floor > LEAST_FLOOR or not parts:
+        parts.append(f"{two_digits(notation.vibration(level.floor))} {notation.unit}")
     return " + ".join(parts)
 
 

@@ -21,6 +21,7 @@ from ksmea.show.charts.ranking_chart import ranking_chart
 from ksmea.show.charts.response_charts import bode_chart
 from ksmea.show.charts.responses import AS_GIVEN, WITH_CAUSE, of_diagnosis
 from ksmea.show.diagnosis_findings import alike, applied, verdict_line
+from ksmea.show.diagnosis_notes import notes
 from ksmea.show.diagnosis_tables import (
     averaged_values,
     ranking_table,
@@ -65,18 +66,6 @@ def _finding(record: DiagnosisRecord) -> str:
     lines += [f"  {value}: {said}" for value, said in findings.certainty(record, notation)]
     lines += [f"Check: {advice}" for advice in findings.checks(record)]
     return "\n".join([*lines, *findings.look_alikes(record)])
-
-
-def notes(record: DiagnosisRecord) -> str:
-    """Remarks on the data, a line each, in which effects have their words."""
-    return "\n".join(f"Note: {_in_words(remark, record)}" for remark in record.remarks)
-
-
-def _in_words(remark: str, record: DiagnosisRecord) -> str:
-    """A remark on an effect, 'residual_bow: …', with its words in place of its name."""
-    name, colon, said = remark.partition(": ")
-    words = [each.statement.words for each in record.applied if each.name == name and each.statement is not None]
-    return f"{words[0]}{colon}{said}" if words else remark
 
 
 def evidence(record: DiagnosisRecord) -> str:

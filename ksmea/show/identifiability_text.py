@@ -61,7 +61,10 @@ def frame(record: IdentifiabilityRecord) -> pd.DataFrame:
 
 
 def finding(record: IdentifiabilityRecord) -> str:
-    """The precision in a line: 'You will know 6 of 7 unknowns to ± 0.48 to 3.5 % (95 %), c1 only roughly (± 59 %)'."""
+    """The precision in a line.
+
+    For example 'You will know 6 of 7 unknowns to ± 0.48 to 3.5 % (95 %), c1 (± 59 %) only roughly'.
+    """
     known, rough, unknown = _classes(record)
     parts = []
     if known:

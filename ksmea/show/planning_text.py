@@ -37,7 +37,10 @@ def text(record: PlanningRecord, title: str = "") -> str:
 
 
 def best_addition(record: PlanningRecord) -> str:
-    """The sentence on the additions that reduce most, without a list of many speeds; the opening without any."""
+    """The sentence on the additions that reduce most; the opening without any.
+
+    It has no list of many speeds.
+    """
     if not record.families:
         return _opening(record)
     best = max(record.families, key=lambda family: family.steps[-1].reduction_pct or 0.0)
@@ -105,7 +108,9 @@ def _opening(record: PlanningRecord) -> str:
 
 
 def _sentence(record: PlanningRecord, family: Family, of_target: str = "its CRLB", *, brief: bool = False) -> str:
-    """Sentence on additions: 'add these 2 speeds: 900, 3610 rpm: its CRLB falls …'; a brief one has the range of many speeds.
+    """Sentence on additions: 'add these 2 speeds: 900, 3610 rpm: its CRLB falls …'.
+
+    A brief one has the range of many speeds.
 
     A whole example is 'add these 2 speeds: 900, 3610 rpm: its CRLB falls from 21 % to 9.8 % (−54 %). As many …: −9 %'.
     """

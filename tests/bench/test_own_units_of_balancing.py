@@ -50,7 +50,12 @@ def page_of(ended):
 
 
 def coefficients_on(page):
-    [folded] = [block for section in page.sections for block in section.blocks if isinstance(block, Folded)]
+    [folded] = [
+        block
+        for section in page.sections
+        for block in section.blocks
+        if isinstance(block, Folded) and section.title == "Influence coefficients"
+    ]
     [table] = [block for block in folded.blocks if isinstance(block, Table)]
     return table.frame
 

@@ -63,11 +63,11 @@ def test_certainty_has_at_most_four_numbers():
     said = dict(findings.certainty(NAMED))
     assert list(said) == ["± 0.09 µm 0-peak, ± 0.4°", "× 57", "6 of 6", "p = 0.99"]
     assert said["× 57"] == "as much noise is needed for mass, the only other cause: ruled out"
-    assert said["6 of 6"].endswith(": confirmed") and said["p = 0.99"].startswith(
-        "the fit is good, as only p below 0.005 rejects it;"
+    assert said["6 of 6"].endswith("than as given") and said["p = 0.99"].startswith(
+        "no lack of fit (rejected below 0.005);"
     )
     rejected = changed(verdict="unknown")
-    assert next(findings.certainty(rejected))[1].startswith("the fit is poor, as p below 0.005 rejects it;")
+    assert next(findings.certainty(rejected))[1].startswith("lack of fit (rejected below 0.005);")
     for verdict in ("adequate", "unknown", "not observable"):
         assert len(list(findings.certainty(changed(verdict=verdict)))) <= 4
 
@@ -89,7 +89,7 @@ def test_a_size_on_its_physical_limit_is_said_at_the_top():
     [first, *others] = RECORD.ranking
     part = dataclasses.replace(first.parameters[0], at_limit=True)
     limited = changed(ranking=(dataclasses.replace(first, parameters=(part, *first.parameters[1:])), *others))
-    assert " ends at its physical limit: another cause is likely." in findings.meaning(limited)
+    assert " ends at its physical limit: a part that acts much like this one is likely." in findings.meaning(limited)
     assert "limit" not in findings.meaning(RECORD)
 
 

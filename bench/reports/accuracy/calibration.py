@@ -6,7 +6,7 @@ Spread against the CRLB, coverage, and how often a method ends in the basin of t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +15,7 @@ import scipy
 
 from bench.jobs.lines import RESULTS
 from bench.jobs.records import NOT_FAILED
-from bench.plan.naming import place_columns, place_text, telling_axes
+from bench.plan.naming import naming_axes, place_columns, place_text, telling_axes
 from bench.plan.page import Page
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.plan.report import Made, Report
@@ -188,11 +188,12 @@ def _basin_lines(plan: Plan, frame: pd.DataFrame) -> list[str]:
 
 
 def _short_name(plan: Plan, cell: Cell) -> str:
-    """A cell's place with the groups of its settings left out."""
-    parts = [(axis.rpartition(".")[2], cell.place.get(axis)) for axis in telling_axes(plan)]
+    """A cell's place with the groups of its settings and the folders of files left out."""
+    parts = [(axis.rpartition(".")[2], cell.place.get(axis)) for axis in naming_axes(plan)]
     given = [(axis, value) for axis, value in parts if value is not None]
+    words = {"label": place_text, "kind": place_text, "file": lambda path: PurePath(path).name}
     return ", ".join(
-        place_text(value) if axis in ("label", "kind") else f"{axis} {place_text(value)}" for axis, value in given
+        words.get(axis, lambda value, axis=axis: f"{axis} {place_text(value)}")(value) for axis, value in given
     )
 
 

@@ -130,7 +130,7 @@ def _errors(name: str, names: Sequence[str], errors: Sequence[Array]) -> Panel:
     return Panel(
         tuple(elements),
         Axis("error / CRLB", low=-FAR, high=FAR, better="middle", group="error"),
-        named_rows(names, name),
+        named_rows(names, group=name),
         name,
         MARGINS + ROW * len(names),
     )
@@ -148,8 +148,8 @@ def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float],
             covered, at, left=covered - room, right=np.minimum(covered + room, 100), colour=INTERVAL, said="{x:.1f} %"
         )
     )
-    x = Axis("intervals that hold the truth (%)", low=low, high=100.5, group="coverage")
-    return Panel(tuple(elements), x, named_rows(names, name), f"{name}: coverage", MARGINS + ROW * len(names))
+    x = Axis("coverage (%)", low=low, high=100.5, group="coverage")
+    return Panel(tuple(elements), x, named_rows(names, group=name), f"{name}: coverage", MARGINS + ROW * len(names))
 
 
 def basins_chart(frame: pd.DataFrame, names: Sequence[str]) -> Chart:

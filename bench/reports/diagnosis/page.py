@@ -19,8 +19,9 @@ from ksmea.show.charts.chart import Chart
 from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.ranking_chart import ranking_chart
 from ksmea.show.charts.responses import AS_GIVEN, WITH_CAUSE, of_diagnosis
+from ksmea.show.diagnosis_notes import notes
 from ksmea.show.diagnosis_tables import trials_table, unknowns_table
-from ksmea.show.diagnosis_text import diagnosis_chart, evidence, notes, why_without
+from ksmea.show.diagnosis_text import diagnosis_chart, evidence, why_without
 from ksmea.show.diagnosis_values import value_table
 
 RESIDUALS, EFFECTS, LOCATION = "residuals.png", "effects.png", "location.png"

@@ -31,6 +31,7 @@ from ksmea.show.charts.chart import (
     stacked_bars,
 )
 from ksmea.show.charts.colours import CONTEXT, PAPER, REFERENCE, category
+from ksmea.show.text import number
 
 VERDICTS = ("adequate", "named", "ambiguous", "located", "unknown", "not observable")
 COLUMNS = 5  # of panels
@@ -45,9 +46,29 @@ def diagnoses_page(plan: Plan, text: str, frame: pd.DataFrame, runs: pd.DataFram
         runs.loc[runs["status"].isin(RESULTS), "verdict"].value_counts() if "verdict" in runs else pd.Series(dtype=int)
     )
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items()) or "no run has a result"
+    said = _rate_of(frame)
     table = Section("Table", (Prose(text), Folded("All columns", (Table(frame, file=f"{plan.name}.csv"),))))
     names = [cell_name(plan, cell) or f"cell {number}" for number, cell in enumerate(plan.cells)]
-    return Page(verdicts, (table, Section("Verdicts", (Drawn(verdicts_chart(names, frame)),))))
+    drawn = Section("Verdicts", (Drawn(verdicts_chart(names, frame)),))
+    return Page(said or verdicts, (drawn, table), verdicts if said else "")
+
+
+def _rate_of(frame: pd.DataFrame) -> str:
+    """False alarms without an effect, or reported sets that hold a hidden one, with an interval.
+
+    '' without either.
+    """
+    for column, of, said in (
+        ("false_alarms", "runs", "{} false alarms in {} diagnoses"),
+        ("in_group", "clearly_visible", "Hidden effect in the reported set in {} of {} clearly visible draws"),
+    ):
+        if column in frame and frame[of].sum():
+            count, n_run = int(frame[column].sum()), int(frame.loc[frame[column].notna(), of].sum())
+            low, high = (number(100 * end, 2) for end in interval(count, n_run))
+            return f"{said.format(count or 'No', n_run)} ({low} to {high} %)".replace(
+                "No false alarms", "No false alarm"
+            )
+    return ""
 
 
 def power_page(

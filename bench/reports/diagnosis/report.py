@@ -26,7 +26,7 @@ from bench.reports.design.next_measurement import CAMPAIGN_FILE, Next, from_here
 from bench.reports.design.next_steps import after_diagnosis
 from bench.reports.diagnosis.first_names import first_names
 from bench.reports.diagnosis.page import PICTURES, diagnosis_page, pictures_of
-from bench.reports.diagnosis.power_page import diagnoses_page
+from bench.reports.diagnosis.power_page import VERDICTS, diagnoses_page
 from bench.reports.fleet.report import fleet_report
 from bench.reports.fleet.rows import diagnosed
 from bench.reports.tables import csv_text, interval
@@ -229,10 +229,7 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
             "runs": len(results),
             "failed": int((~mine["status"].isin(NOT_FAILED)).sum()),
         }
-        row |= {
-            name: int(verdicts.get(name, 0))
-            for name in ("adequate", "named", "ambiguous", "located", "unknown", "not observable")
-        }
+        row |= {name: int(verdicts.get(name, 0)) for name in VERDICTS}
         if "named_first" in results:
             row |= {"named_first": int(results["named_first"].sum())}
         if "in_group" in results and results["in_group"].notna().any():
@@ -267,7 +264,8 @@ def _summary_text(plan: Plan, runs: pd.DataFrame) -> str:
     frame = summary(plan, runs)
     names = [cell_name(plan, cell) for cell in plan.cells]
     place = place_columns(plan, plan.cells[0])
-    columns = [name for name in frame.columns if name not in ("cell", HIDDEN_COLUMN, *place)]
+    unreached = {verdict for verdict in VERDICTS if not frame[verdict].any()}
+    columns = [name for name in frame.columns if name not in ("cell", HIDDEN_COLUMN, *place, *unreached)]
     lines = [[name, *(number(row[column]) for column in columns)] for name, row in zip(names, frame.to_dict("records"))]
     head = ["cell", *(name.replace("_pct", " %").replace("_", " ") for name in columns)]
     return "\n\n".join(filter(None, [aligned(head, lines), hidden_paragraph(plan, runs, "diagnosis")]))

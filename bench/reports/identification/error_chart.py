@@ -39,7 +39,7 @@ class Errors:
 
 
 def has_bounds(plan: Plan) -> bool:
-    """Whether all cells have the same unknowns, each with a true value and a bound, and data that determine some of them."""
+    """Whether the plan has true values and bounds, and data that determine some unknowns."""
     return has_true_values(plan) and bool(determined(plan))
 
 

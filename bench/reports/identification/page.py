@@ -69,7 +69,10 @@ def inputs_blocks(inputs: Sequence[InputRecord]) -> Iterator[Block]:
 
 
 def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
-    """The table of unknowns, their intervals as a plot, and all that is known of them; a rejected model has values alone."""
+    """The table of unknowns, their intervals as a plot, and all that is known of them.
+
+    A rejected model has values alone.
+    """
     test = record.lack_of_fit
     is_rejected = test is not None and test.rejected
     if is_rejected:

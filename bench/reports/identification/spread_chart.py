@@ -62,9 +62,9 @@ def _is_constant(rows: pd.DataFrame, runs: pd.DataFrame) -> bool:
 
 
 def spread_finding(plan: Plan, summary: pd.DataFrame) -> str:
-    """Cells with the smallest and the largest median error of their worst parameter, or that the data determine none.
+    """Cells with the smallest and the largest median error of their worst parameter.
 
-    Empty without errors.
+    Instead that the data determine none, if so; empty without errors.
     """
     if plan.cells[0].parameters and has_true_values(plan) and not determined(plan):
         return f"These data determine none of {', '.join(each.name for each in plan.cells[0].parameters)}: 1 σ of each is above its value"

@@ -12,7 +12,7 @@ import numpy as np
 from ksmea.measurement.notation import LAG, Notation
 from ksmea.records.balancing import BalanceRecord, PolarRecord
 from ksmea.show.balance_units import entry_name, in_units, influence_unit
-from ksmea.show.charts.chart import Axis, Bars, Chart, Choice, Element, Level, Line, Panel, Points, Words, one_panel
+from ksmea.show.charts.chart import Axis, Chart, Choice, Element, Level, Line, Panel, Points, Words, one_panel
 from ksmea.show.charts.colours import INTERVAL, MODEL, PAPER, category, symbol
 from ksmea.show.charts.parts.polar import phase_in_words
 from ksmea.show.readings import PLAIN, amplitude_label, deviation_unit, speed_digits, speed_label, speed_unit
@@ -57,11 +57,11 @@ def _responses(record: BalanceRecord) -> Panel:
     sizes = [each.size for each in (*found.bare, *found.left) if each.size > 0]
     is_log = bool(sizes) and max(sizes) > FAR_APART * min(sizes)  # what is left could not be seen beside what was there
     low = 0.5 * min(sizes) if is_log else None
-    bars = [
-        _bars(record, values, at + offset, name, colour, low)
-        for values, offset, name, colour in (
-            (found.bare, -0.2, "bare", PAPER),
-            (found.left, 0.2, "with the correction", MODEL),
+    dots = [
+        _dots(record, values, at + offset, name, symbol, colour)
+        for values, offset, name, symbol, colour in (
+            (found.bare, -0.1, "bare", "diamond", PAPER),
+            (found.left, 0.1, "with the correction", "circle", MODEL),
         )
     ]
     step = 1 + len(at) // MOST_NAMES
@@ -71,7 +71,7 @@ def _responses(record: BalanceRecord) -> Panel:
     }
     ticks = {place: words[place] for place in list(words)[::step]}
     return Panel(
-        tuple(bars),
+        tuple(dots),
         Axis("" if record.notation.speed == PLAIN.speed else speed_label(record.notation), ticks=ticks),
         Axis(amplitude_label(record.notation), "log" if is_log else "linear", low, better="low"),
         height=2.4,
@@ -82,9 +82,9 @@ def _speed(speed: float, notation: Notation) -> str:
     return speed_digits(speed / speed_unit(notation), notation)
 
 
-def _bars(
-    record: BalanceRecord, values: tuple[PolarRecord, ...], at: np.ndarray, name: str, colour: str, base: float | None
-) -> Bars:
+def _dots(
+    record: BalanceRecord, values: tuple[PolarRecord, ...], at: np.ndarray, name: str, symbol: str, colour: str
+) -> Points:
     size = np.array([each.size for each in values])
     low, high = (
         np.array([each.size if getattr(each, end) is None else getattr(each, end) for each in values])
@@ -92,9 +92,7 @@ def _bars(
     )
     names = [f"{entry_name(entry, record.notation)}, {name}" for entry in record.entries]
     said = [f"{each}: {value.size:.3g} {deviation_unit(record.notation)}" for each, value in zip(names, values)]
-    from_base = None if base is None else np.full(len(size), base)
-    length = size if from_base is None else size - from_base
-    return Bars(at, length, from_base, width=0.4, low=low, high=high, name=name, colour=colour, said=said)
+    return Points(at, size, symbol, 6.0, low=low, high=high, name=name, colour=colour, said=said)
 
 
 def _drift(record: BalanceRecord) -> Panel:

@@ -6,6 +6,7 @@ The orbit may be a polar plot.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,13 +15,25 @@ from ksmea.measurement.notation import Notation
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.statement import ORBIT
 from ksmea.show import diagnosis_findings as findings
-from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points, Words, broken, named_rows, one_panel
+from ksmea.show.charts.chart import (
+    Axis,
+    Chart,
+    Element,
+    Line,
+    Panel,
+    Points,
+    Span,
+    Words,
+    broken,
+    named_rows,
+    one_panel,
+)
 from ksmea.show.charts.colours import AFTER, ALIKE, BEFORE, CONTEXT, MEASURED, MODEL
 from ksmea.show.charts.parts.bode import N_SD, residual_ground, residual_reach
 from ksmea.show.charts.parts.polar import FULL_TURN, REACH, phase_in_words, rings, speeds_at, speeds_said, within
 from ksmea.show.charts.response_charts import SYMBOLS, legend_of
 from ksmea.show.charts.responses import ACCEPTED, AS_GIVEN, WITH_CAUSE, Response, of_diagnosis
-from ksmea.show.readings import PLAIN, speed_digits, speed_form, speed_label
+from ksmea.show.readings import PLAIN, speed_digits, speed_form, speed_label, speed_unit
 
 MOST_OTHERS = 8  # causes that the picture of noise shows
 ROW = 0.32  # inches of each
@@ -66,6 +79,11 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     title = f"Response of {name}, measured and by the model"
     if record.is_rejected:
         title = f"Largest misfit of the model as given: {findings.where(record.lack_of_fit.before, notation)}"
+        low, high = (end / speed_unit(notation) for end in record.lack_of_fit.before.band)
+        panels[0] = replace(
+            panels[0], elements=(Span(low=low, high=high, along="x", colour=BEFORE, opacity=0.1), *panels[0].elements)
+        )
+        left = f"; shaded: the largest misfit, in σ of the noise{left}"
     return Chart(title, f"Dots: measured{left}.", (tuple(panels),), width=6.5)
 
 
@@ -150,27 +168,41 @@ def others_chart(record: DiagnosisRecord) -> Chart | None:
     if not others or given is None:
         return None
     best = " with ".join(_words(record))
-    causes = [(best, 1.0, MODEL, "circle")]
-    causes += [(each.words, each.multiple, ALIKE if each.is_near else CONTEXT, "circle") for each in others]
-    causes.append(("model as given", given, BEFORE, "diamond"))
+    every = [(best, 1.0, f"{findings.TIMES} 1", MODEL, "circle")]
+    every += [(each.words, each.multiple, _said(each), ALIKE if each.is_near else CONTEXT, "circle") for each in others]
+    every.append(("model as given", given, f"{findings.TIMES} {given:.3g}", BEFORE, "diamond"))
     elements: list[Element] = [
         Points([multiple], [float(at)], symbol, 7.0, colour=colour, said=f"{name}: {multiple:.3g} times the noise")
-        for at, (name, multiple, colour, symbol) in enumerate(causes)
+        for at, (name, multiple, _, colour, symbol) in enumerate(every)
     ]
     elements += [
-        Words(
-            x=multiple, y=float(at), text=f"{findings.TIMES} {multiple:.3g}", offset=(8.0, 0.0), side="left", size=9.0
-        )
-        for at, (_, multiple, _, _) in enumerate(causes)
+        Words(x=multiple, y=float(at), text=said, offset=(8.0, 0.0), side="left", size=9.0)
+        for at, (_, multiple, said, _, _) in enumerate(every)
     ]
-    most = max(multiple for _, multiple, _, _ in causes)
-    near = any(each.is_near for each in others)
-    title = "Explains the data about as well" if near else "No other known cause explains the data as well"
+    most = max(multiple for _, multiple, *_ in every)
+    n_near = sum(each.is_near for each in others)
+    title = (
+        f"{n_near + 1} causes explain the data about as well"
+        if n_near
+        else "No other known cause explains the data as well"
+    )
+    n_other = len(findings.others(record))
+    of_which = f"; the best {len(others)} of {n_other} other causes" if n_other > len(others) else ""
     return one_panel(
         elements, Axis("noise needed (best: 1)", "log", low=0.9, high=2.2 * max(most, 1.2)),
-        named_rows(name for name, *_ in causes), title,
-        "Each cause at its best location, fitted with all unknowns.", height=ROW * len(causes) + 0.3, width=6.5,
+        named_rows(name for name, *_ in every), title,
+        f"Noise that each cause needs to explain the data, relative to the best one (logarithmic), at its best location{of_which}.",
+        height=ROW * len(every) + 0.3, width=6.5,
     )  # fmt: skip
+
+
+def _said(other: findings.Other) -> str:
+    """The noise that a cause needs, and its odds if that is hardly more.
+
+    For example '× 1.02, odds 8 000 to 1 against it'.
+    """
+    noise = f"{findings.TIMES} {other.multiple:.3g}"
+    return noise if other.is_near or other.multiple >= findings.FAR else f"{noise}, {findings.against(other)}"
 
 
 def _words(record: DiagnosisRecord) -> Iterator[str]:

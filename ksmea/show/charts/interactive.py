@@ -238,7 +238,10 @@ def _tops(
 
 
 def _room_of_names(rows: Axis) -> float:
-    """px that named rows take on a narrow page, so that broken names stand clear of each other; 0 of an axis of numbers."""
+    """px that named rows take on a narrow page, so that broken names do not overlap.
+
+    0 of an axis of numbers.
+    """
     if not rows.ticks or rows.low is None or rows.high is None:
         return 0.0
     n_line = [len(_lines(name)) for name in rows.ticks.values()]

@@ -218,7 +218,7 @@ def _marks(response: Response) -> str:
 
 
 def legend_of(parts: Iterable[str]) -> str:
-    """Parts of residuals with their marks in brackets, ' (● in phase; × in quadrature)'; empty for a single part."""
+    """Parts of residuals with their marks, ' (● in phase; × in quadrature)'; empty for a single part."""
     legend = [f"{mark} {part}" for part, mark in zip(parts, MARKS)]
     return f" ({'; '.join(legend)})" if len(legend) > 1 else ""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -29,9 +30,9 @@ def phase_in_words(notation: Notation) -> str:
 
 
 def rings(reach: float, notation: Notation, speeds: Sequence[Words] = ()) -> Iterator[Element]:
-    """Circles at round radii with their values, and axes with the phase of a notation at their ends.
+    """Circles at round radii, the outer one with its value, and axes.
 
-    The values stand on the diagonal where the fewest meet the names of `speeds`, which hide them.
+    Axes have the phase of a notation at their ends. The value stands on the diagonal where the fewest circles meet the names of `speeds`.
     """
     raw = reach / N_RING
     power = 10.0 ** np.floor(np.log10(raw))
@@ -40,11 +41,12 @@ def rings(reach: float, notation: Notation, speeds: Sequence[Words] = ()) -> Ite
     taken = _moved(np.array([complex(each.x, each.y) for each in speeds]), reach)
     is_hidden = [[_is_near(radius * diagonal, taken, reach) for radius in radii] for diagonal in DIAGONALS]
     best = int(np.argmin(np.sum(is_hidden, axis=1)))
-    for radius, is_left_out in zip(radii, is_hidden[best]):
+    for radius in radii:
         yield Line(radius * np.cos(FULL_TURN), radius * np.sin(FULL_TURN), width=0.5, colour=CONTEXT, opacity=0.6)
-        at = radius * DIAGONALS[best]
-        if not is_left_out:
-            yield Words(x=float(at.real), y=float(at.imag), text=f"{radius:g}")
+    if len(radii):
+        at = radii[-1] * DIAGONALS[best]
+        side: Literal["left", "right"] = "left" if at.real > 0 else "right"
+        yield Words(x=float(at.real), y=float(at.imag), text=f"{radii[-1]:g} {notation.unit}", side=side)
     yield Level(at=0.0, dash="solid", width=0.4, colour=CONTEXT)
     yield Level(at=0.0, along="x", dash="solid", width=0.4, colour=CONTEXT)
     end = REACH * reach
