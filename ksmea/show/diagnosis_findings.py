@@ -144,7 +144,7 @@ def certainty(record: DiagnosisRecord, notation: Notation = PLAIN) -> Iterator[t
             yield _times(least.multiple), f"as much noise is needed for {of}: ruled out"
         else:
             yield (
-                f"{_odds(least.behind)} to 1",
+                f"{odds(least.behind)} to 1",
                 f"odds by BIC against {of}: the data fit it with {_times(least.multiple)} the noise",
             )
     if (gain := record.predictive_gain) is not None and record.is_explained:
@@ -216,9 +216,7 @@ def _is_split(record: DiagnosisRecord, name: str) -> bool:
 def against(other: Other) -> str:
     """How much worse another cause explains the data: '× 6.9 the noise', or odds where that is little."""
     return (
-        f"{_times(other.multiple)} the noise"
-        if other.multiple >= FAR
-        else f"odds {_odds(other.behind)} to 1 against it"
+        f"{_times(other.multiple)} the noise" if other.multiple >= FAR else f"odds {odds(other.behind)} to 1 against it"
     )
 
 
@@ -380,7 +378,7 @@ def _times(multiple: float) -> str:
     return f"{TIMES} {more}{number(multiple, 2) if multiple >= 1.05 else f'{multiple:.2f}'}"
 
 
-def _odds(behind: float) -> str:
+def odds(behind: float) -> str:
     """Odds of the better of two explanations, exp(ΔBIC/2) (Kass & Raftery 1995), with two digits."""
     most = 2 * math.log(MOST_ODDS)
     odds = math.exp(min(behind, most) / 2)

@@ -191,18 +191,19 @@ def others_chart(record: DiagnosisRecord) -> Chart | None:
     return one_panel(
         elements, Axis("noise needed (best: 1)", "log", low=0.9, high=2.2 * max(most, 1.2)),
         named_rows(name for name, *_ in every), title,
-        f"Noise that each cause needs to explain the data, relative to the best one (logarithmic), at its best location{of_which}.",
+        f"Noise that each cause needs to explain the data, relative to the best one (logarithmic), at its best location; in brackets: odds"
+        f" against it{of_which}.",
         height=ROW * len(every) + 0.3, width=6.5,
     )  # fmt: skip
 
 
 def _said(other: findings.Other) -> str:
-    """The noise that a cause needs, and its odds if that is hardly more.
-
-    For example '× 1.02, odds 8 000 to 1 against it'.
-    """
+    """The noise that a cause needs, and the odds against it if that is hardly more: '× 1.02 (8 100 : 1)'."""
     noise = f"{findings.TIMES} {other.multiple:.3g}"
-    return noise if other.is_near or other.multiple >= findings.FAR else f"{noise}, {findings.against(other)}"
+    if other.is_near or other.multiple >= findings.FAR:
+        return noise
+    odds = findings.odds(other.behind).replace("more than 1\u00a0000\u00a0000", "> 10⁶")
+    return f"{noise} ({odds} : 1)"
 
 
 def _words(record: DiagnosisRecord) -> Iterator[str]:
