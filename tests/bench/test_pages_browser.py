@@ -10,6 +10,7 @@ import pytest
 from bench.reports.pages.experiment import PAGE
 from bench.reports.pages.index import write_index
 from browser import browser, errors, overflow, requests, shown
+from ksmea.show.charts.colours import DARK, LIGHT, MEASURED, MODEL
 
 CHEAP = ["optimizer.screening=200", "optimizer.starts=2", "workers=1"]
 HOSTILE = "<img src=x onerror=window.hit=1>.csv"
@@ -62,6 +63,26 @@ def test_it_is_drawn_without_an_error_or_a_network(driver, identified, width, da
     assert (ground, ink) == (
         ("rgb(20, 24, 28)", "rgb(230, 232, 234)") if dark else ("rgb(255, 255, 255)", "rgb(26, 29, 33)")
     )
+
+
+COLOURS = """
+const named = (name) => [...document.querySelectorAll('figure.plot .canvas')].flatMap((canvas) => canvas.data ?? []).find((trace) => trace.name === name);
+return [named("measured").marker.color, named("fitted").line.color];
+"""
+
+
+def test_figures_change_their_colours_with_the_system_and_are_printed_light(driver, identified):
+    light, dark = ([colours[role] for role in (MEASURED, MODEL)] for colours in (LIGHT, DARK))
+    shown(driver, identified, 1200)
+    assert driver.execute_script(COLOURS) == light
+    for scheme, expected in (("dark", dark), ("light", light), ("dark", dark)):
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": features})
+        WebDriverWait(driver, 30).until(lambda _, expected=expected: driver.execute_script(COLOURS) == expected)
+    driver.execute_script("dispatchEvent(new Event('beforeprint'))")
+    assert driver.execute_script(COLOURS) == light
+    driver.execute_script("dispatchEvent(new Event('afterprint'))")
+    assert driver.execute_script(COLOURS) == dark and errors(driver) == []
 
 
 SEEN = "return [...arguments[0].data].filter((trace) => trace.visible !== false).map((trace) => trace.meta?.channel)"
@@ -127,7 +148,9 @@ def test_a_table_that_is_wider_than_the_page_says_so(driver, identified):
     told = "return [...document.querySelectorAll('.more')].map((said) => !said.hidden)"
     for width in (400, 1200):
         shown(driver, identified, width)
-        assert driver.execute_script(told) == driver.execute_script(wide)
+        driver.execute_script("for (const each of document.querySelectorAll('details')) each.open = true")
+        both = f"const told = () => {{ {told} }}, wide = () => {{ {wide} }}; return [told(), wide()]"
+        WebDriverWait(driver, 30).until(lambda _: len({str(each) for each in driver.execute_script(both)}) == 1)
         assert any(driver.execute_script(told)) == (width == 400)
 
 

@@ -6,7 +6,7 @@ Traces, and a layout for wide and one for narrow pages.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from textwrap import wrap
 
@@ -39,6 +39,7 @@ FEW = 6  # stacks that a page shows side by side; of more, one at a time, by cho
 EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where a panel in space is seen
 NARROW_NAME = 22  # characters in a line of a row's name on a narrow page
 NAME_LINE = 17  # px of such a line
+LEGEND_LINE, SAMPLE, LETTER = 19, 45, 6.5  # px of a line of a legend, of an entry's sample, and of a letter
 NARROW_EYE = 1.8  # times as far on a narrow page
 MANY_COLUMNS = 4  # of panels, in which a logarithmic axis has no room for 2 and 5
 NARROW_WIDTH = 290  # px of a panel there, between its axis and the edge
@@ -76,6 +77,7 @@ def plot(chart: Chart) -> Layout:
                 notes.append(drawn.heading())
     wide = _layout(chart, 1 if is_chosen else chart.across, numbers)
     narrow = _with_broken_names(_layout(chart, 1, numbers, NARROW_EYE))
+    narrow["height"] += LEGEND_LINE * (_legend_lines(trace["name"] for trace in traces if trace["showlegend"]) - 1)
     base = {
         "paper_bgcolor": CLEAR,
         "plot_bgcolor": CLEAR,
@@ -90,6 +92,15 @@ def plot(chart: Chart) -> Layout:
         "showlegend": any(trace["showlegend"] for trace in traces),
     }
     return {"data": traces, "layout": {**base, **wide, "narrow": narrow}}
+
+
+def _legend_lines(names: Iterable[str]) -> int:
+    """Lines of a legend on a narrow page, at least one: plotly takes their height from that of the panels."""
+    lines, used = 1, 0.0
+    for name in names:
+        wide = SAMPLE + LETTER * len(name)
+        lines, used = (lines + 1, wide) if used and used + wide > NARROW_WIDTH else (lines, used + wide)
+    return lines
 
 
 def _with_broken_names(narrow: Layout) -> Layout:
