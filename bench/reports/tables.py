@@ -27,6 +27,9 @@ EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a tabl
 LEAST_PCT = 1e-3  # smaller errors are not counted
 EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 
+# Columns that are of the likelihood of the data, whatever method was run
+OF_LIKELIHOOD = ("most_likely", "low", "high", "covered_pct", "ended_short_pct", "excess_deviance", "beyond_pct")
+
 
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Tidy table: a row per parameter (then updates, evaluations, time) and cell.
@@ -109,8 +112,7 @@ def _interval_summary(results: pd.DataFrame, name: str, n_unknown: int) -> dict[
     Not a number where that side is open in most of them.
     """
     if f"{name}_interval" not in results:
-        names = ("most_likely", "low", "high", "covered_pct", "ended_short_pct", "excess_deviance", "beyond_pct")
-        return dict.fromkeys(names, np.nan)
+        return dict.fromkeys(OF_LIKELIHOOD, np.nan)
     low = results[f"{name}_low"].fillna(-np.inf).median()
     high = results[f"{name}_high"].fillna(np.inf).median()
     covered = results[f"{name}_covered"].dropna().astype(float)
@@ -210,7 +212,8 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
         if has_paper:
             line += [number(row["paper"]), number(row["paper_error_pct"])]
         lines.append([*line, str(row["runs"]), str(row["failed"])])
-    return "\n".join([aligned(head, lines), *search_lines(plan, summary)])
+    marked = ["most likely, interval, covers: of the likelihood, whatever the method"] if has_interval else []
+    return "\n".join([aligned(head, lines), *marked, *search_lines(plan, summary)])
 
 
 def search_lines(plan: Plan, summary: pd.DataFrame) -> list[str]:

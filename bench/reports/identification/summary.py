@@ -31,7 +31,7 @@ from bench.reports.identification.factors import headline as sweep_headline
 from bench.reports.identification.spread_chart import spread_chart, spread_finding
 from bench.reports.identification.trace_table import read_traces, stages_frame, trace_frame
 from bench.reports.runs import runs_frame
-from bench.reports.tables import as_text, csv_text, search_lines, slips, slips_text, summary_frame
+from bench.reports.tables import OF_LIKELIHOOD, as_text, csv_text, search_lines, slips, slips_text, summary_frame
 from ksmea.measurement.notation import Notation
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, UpdateRecord
@@ -104,7 +104,11 @@ def summary_page(
 
     `notes` say what concerns whole cells or the paper's print.
     """
-    columns = Folded("All columns", (Table(summary.dropna(axis="columns", how="all"), file=f"{plan.name}.csv"),))
+    known = summary.dropna(axis="columns", how="all")
+    of_likelihood = [name for name in OF_LIKELIHOOD if name in known]
+    said = f"Of the likelihood, not of the method: {', '.join(of_likelihood)}." if of_likelihood else ""
+    marked = (Prose(said),) if said else ()
+    columns = Folded("All columns", (*marked, Table(known, file=f"{plan.name}.csv")))
     medians = error_table(plan, summary)
     dagger = AT_LIMIT if any(LIMIT in str(cell) for cell in medians.to_numpy().ravel()) else ""
     errors = Table(medians, f"Median absolute errors{STAR}{dagger}", file=f"{plan.name}.csv")
