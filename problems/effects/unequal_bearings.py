@@ -43,7 +43,7 @@ class UnequalBearings(RotorEffect):
     changes: str = setting(STIFFNESS, "which of its coefficients differ", choices=tuple(CHANGES))
 
     picture = ORBIT
-    check_next = "Measure clearance and static load of the bearings: a difference confirms it. Common unknowns are of the other one."
+    check_next = "Measure clearance and static load of the bearings: a difference confirms it; common unknowns are of the other one."
     aliases: ClassVar[Mapping[str, str]] = {
         "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
         "bearing_position": "both change the share of each bearing; measure the width over which it carries",
