@@ -99,7 +99,7 @@ def meaning(record: DiagnosisRecord, notation: Notation = PLAIN) -> str:
     if record.verdict == AMBIGUOUS and record.applied:
         with_cause += f" Best fit: {' and '.join(_said(effect, notation) for effect in record.applied)}."
     doubt = "".join(
-        f" But {name.replace('_', ' ')} ends at its physical limit: a part that acts much like this one is likely."
+        f" But {name.replace('_', ' ')} ends at its physical limit: a part that acts much like it is possible, too."
         for name in at_limits(record)
     )
     if record.predictive_gain is not None and not record.predictive_gain.is_supported:

@@ -89,7 +89,7 @@ def test_a_size_on_its_physical_limit_is_said_at_the_top():
     [first, *others] = RECORD.ranking
     part = dataclasses.replace(first.parameters[0], at_limit=True)
     limited = changed(ranking=(dataclasses.replace(first, parameters=(part, *first.parameters[1:])), *others))
-    assert " ends at its physical limit: a part that acts much like this one is likely." in findings.meaning(limited)
+    assert " ends at its physical limit: a part that acts much like it is possible, too." in findings.meaning(limited)
     assert "limit" not in findings.meaning(RECORD)
 
 
