@@ -235,7 +235,8 @@ def _cause(record: DiagnosisRecord) -> str:
         lines += [*_not_in_library(record, names), *_where_to_look(record)]
     elif record.is_explained:
         lines += [
-            f"  {name} lies on its physical limit: another cause is likely" for name in findings.at_limits(record)
+            f"  {name} lies on its physical limit: a part that acts much like it is possible, too"
+            for name in findings.at_limits(record)
         ]
     return "\n\n".join(filter(None, ["\n".join(lines), _ranking(record)]))
 

@@ -150,7 +150,9 @@ def test_a_table_that_is_wider_than_the_page_says_so(driver, identified):
         shown(driver, identified, width)
         driver.execute_script("for (const each of document.querySelectorAll('details')) each.open = true")
         both = f"const told = () => {{ {told} }}, wide = () => {{ {wide} }}; return [told(), wide()]"
-        WebDriverWait(driver, 30).until(lambda _: len({str(each) for each in driver.execute_script(both)}) == 1)
+        WebDriverWait(driver, 30).until(
+            lambda _, both=both: len({str(each) for each in driver.execute_script(both)}) == 1
+        )
         assert any(driver.execute_script(told)) == (width == 400)
 
 

@@ -178,7 +178,7 @@ def test_a_size_on_its_physical_limit_is_pointed_out():
     first = RECORD.ranking[0]
     parts = tuple(dataclasses.replace(part, at_limit=True) for part in first.parameters)
     said = text(changed(ranking=(dataclasses.replace(first, parameters=parts), *RECORD.ranking[1:])))
-    assert "  runout_x lies on its physical limit: another cause is likely" in said
+    assert "  runout_x lies on its physical limit: a part that acts much like it is possible, too" in said
 
 
 def test_the_frame_has_a_row_per_unknown_of_each_trial():
