@@ -13,7 +13,7 @@ import pandas as pd
 
 from bench.jobs.lines import RESULTS
 from bench.plan.naming import cell_name
-from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
+from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Plan
 from bench.reports.diagnosis.power import DROP, EFFECT, SIZES, chance, detectable_drop
 from bench.reports.tables import interval
@@ -80,10 +80,22 @@ def power_page(
     """
     sections = (
         Section("Rates", (Prose(about), *(Table(table, title) for title, table in tables.items()))),
-        Section("Detection", (Drawn(partial(detection_chart, with_effect), "detection.png"),)),
-        Section("Names", (Drawn(partial(confusion_chart, shares), "confusion.png"),)),
+        Section("Detection", tuple(_detections(with_effect))),
+        *(
+            [Section("Names", (Drawn(partial(confusion_chart, shares), "confusion.png"),))]
+            if shares.to_numpy().any()
+            else []
+        ),
     )
     return Page(seen, sections)
+
+
+def _detections(with_effect: pd.DataFrame) -> Iterator[Block]:
+    """Detection against size, of draws whose smallest detectable size is known."""
+    if with_effect["size"].notna().any():
+        yield Drawn(partial(detection_chart, with_effect), "detection.png")
+    else:
+        yield Prose("No draw has a size that the data are expected to show.")
 
 
 def verdicts_chart(names: Sequence[str], frame: pd.DataFrame) -> Chart:

@@ -75,6 +75,8 @@ def about(with_effect: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) ->
 def seen(with_effect: pd.DataFrame) -> str:
     """How many draws were detected and how many of these report what is hidden, in a line."""
     every = rates(with_effect, EFFECT).iloc[-1]
+    if not every["draws"]:
+        return f"No effect is clearly visible in the {len(with_effect)} draws so far"
     return (
         f"{every['detected']} of {every['draws']} clearly visible effects are detected ({every['expected']:.0f} expected);"
         f" {every['in_set']} of these are in the reported set"

@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
+from bench.jobs.records import NOT_RUN
 from bench.plan.page import Block, Command, Folded, Prose, Section, Table
 from bench.plan.plan import Plan
 from bench.reports.runs import without_class
@@ -36,7 +37,7 @@ def runs_section(runs: pd.DataFrame) -> Section:
     """How many runs ended how, and why those failed that did."""
     counts = Counter(runs["status"])
     counted = ", ".join(f"{count} {status}" for status, count in counts.most_common()) or "none planned"
-    failed = runs[~runs["status"].isin(RESULTS)]
+    failed = runs[~runs["status"].isin([*RESULTS, NOT_RUN])]
     blocks: list[Block] = [Prose(f"{len(runs)} run{'s' * (len(runs) > 1)}: {counted}.")]
     if len(failed):
         columns = [name for name in failed if name in _FAILED or (name not in _NOT_PLACE and _is_place(failed[name]))]
