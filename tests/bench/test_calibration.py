@@ -134,6 +134,18 @@ def test_errors_beyond_the_axis_are_counted_at_its_ends():
     assert {"◂ 2", "1 ▸"} <= notes
 
 
+def test_few_draws_are_dots_and_a_full_share_has_an_interval():
+    """Four of four are at least 51 % of all by Wilson (1927)."""
+    frame = pd.DataFrame({"parameter": ["kxx"], "cell_name": ["one"], "covered_pct": [100.0], "runs": [4]})
+    errors, coverage = calibration_chart(
+        "few", frame, ["one"], {"kxx": [np.array([-1.0, 0.0, 1.0, 2.0])]}, [0.95]
+    ).panels
+    [dots] = [each for each in errors.elements if isinstance(each, Points)]
+    assert list(dots.x) == [-1.0, 0.0, 1.0, 2.0] and not any(isinstance(each, Boxes) for each in errors.elements)
+    [share] = [each for each in coverage.elements if isinstance(each, Points)]
+    assert (share.left[0], share.right[0]) == pytest.approx((51.0, 100.0), abs=0.1)
+
+
 def test_coverage_is_asked_of_thousands_of_draws_from_honest_starts():
     """The experiment itself: no start knows the truth, 2000 draws, noise known and estimated."""
     GlobalHydra.instance().clear()

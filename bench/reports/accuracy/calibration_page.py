@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
+from bench.reports.tables import interval
 from ksmea.arrays import Array
 from ksmea.show.charts.chart import (
     Axis,
@@ -33,6 +34,7 @@ from ksmea.show.text import two_digits
 
 ENDS = (2.5, 25, 50, 75, 97.5)  # percentiles of a box and its whiskers
 FAR = 6.0  # times the CRLB, where axes of errors end; what lies beyond is counted there
+FEWEST_OF_BOX = 5  # runs; fewer are dots
 LEAST_COVERED = 88.0  # per cent, from which on the axis shows all
 HELD = 2.0  # per cent beside the level: shaded
 ROW, MARGINS = 0.26, 0.8  # inches for each cell and each panel
@@ -80,21 +82,22 @@ def calibration_chart(
 ) -> Chart:
     """Errors in CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %) and coverage, a row per parameter."""
     has_coverage = "covered_pct" in frame and bool(frame["covered_pct"].notna().any())
+    are_few = max((len(values) for of in errors.values() for values in of), default=0) < FEWEST_OF_BOX
     stacks = []
     covered = frame["covered_pct"].to_numpy(float) if has_coverage else np.ones(0)
     low = min(LEAST_COVERED, float(np.nanmin(covered, initial=100.0)) - 2)
     for name, of in errors.items():
         rows = frame[frame["parameter"] == name]
         own = list(dict.fromkeys(rows["cell_name"]))  # cells that have this unknown
-        stacks.append((_errors(name, own, [of[names.index(cell)] for cell in own]),))
+        stacks.append((_errors(name, own, [of[names.index(cell)] for cell in own], are_few=are_few),))
         if has_coverage:
             stacks.append((_coverage(rows, own, levels, name, low),))
     said = (
-        "Errors in units of the CRLB: boxes are quartiles, whiskers 2.5 and 97.5 %; dotted: the whiskers of an efficient estimate; numbers at"
-        f" the edges: runs beyond ± {FAR:g}."
+        f"Errors in units of the CRLB: {'dots are runs' if are_few else 'boxes are quartiles, whiskers 2.5 and 97.5 %'}; dotted: the 2.5 and"
+        f" 97.5 % of an efficient estimate; numbers at the edges: runs beyond ± {FAR:g}."
     )
     said += (
-        f" Beside them the share of intervals that hold the truth, ± 2 standard errors; dotted: the confidence level, ± {HELD:g} % shaded."
+        f" Beside them the share of intervals that hold the truth, with its 95 % interval; dotted: the confidence level, ± {HELD:g} % shaded."
         if has_coverage
         else ""
     )
@@ -114,9 +117,16 @@ def _finding(title: str, names: Sequence[str], errors: Mapping[str, Sequence[Arr
     return f"{title}; nearest to the bound: {near}, rms error {two_digits(found[near])} CRLB; farthest: {far}, {two_digits(found[far])} CRLB"
 
 
-def _errors(name: str, names: Sequence[str], errors: Sequence[Array]) -> Panel:
+def _errors(name: str, names: Sequence[str], errors: Sequence[Array], *, are_few: bool) -> Panel:
     normal = NormalDist().inv_cdf(0.975)
-    elements: list[Element] = [Boxes(np.arange(len(errors), dtype=float), errors, (ENDS[0], ENDS[-1]), "x", 0.6)]
+    at = np.arange(len(errors), dtype=float)
+    each_run = [np.full(len(values), row) for row, values in zip(at, errors)]
+    shown = (
+        Points(np.concatenate(errors), np.concatenate(each_run))
+        if are_few
+        else Boxes(at, errors, (ENDS[0], ENDS[-1]), "x", 0.6)
+    )
+    elements: list[Element] = [shown]
     elements += [Level(at=at, along="x", dash="dot" if at else "solid", width=0.8) for at in (-normal, 0.0, normal)]
     for row, values in enumerate(errors):
         if below := int(np.count_nonzero(values < -FAR)):
@@ -137,17 +147,16 @@ def _errors(name: str, names: Sequence[str], errors: Sequence[Array]) -> Panel:
 
 
 def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float], name: str, low: float) -> Panel:
-    covered, room = rows["covered_pct"].to_numpy(float), 2 * rows["covered_se"].to_numpy(float)
+    covered = rows["covered_pct"].to_numpy(float)
+    known = rows["runs"].where(rows["covered_pct"].notna(), 0)
+    ends = [interval(round(share * n / 100) if n else 0, int(n)) for share, n in zip(covered, known)]
+    left, right = 100 * np.array(ends).reshape(-1, 2).T
     at = np.array([names.index(cell) for cell in rows["cell_name"]], dtype=float)
     elements: list[Element] = []
     for level in levels:
         elements.append(Span(low=100 * level - HELD, high=100 * level + HELD, along="x", colour=PAPER, opacity=0.08))
         elements.append(Level(at=100 * level, along="x", width=0.8))
-    elements.append(
-        Points(
-            covered, at, left=covered - room, right=np.minimum(covered + room, 100), colour=INTERVAL, said="{x:.1f} %"
-        )
-    )
+    elements.append(Points(covered, at, left=left, right=right, colour=INTERVAL, said="{x:.1f} %"))
     x = Axis("coverage (%)", low=low, high=100.5, group="coverage")
     return Panel(tuple(elements), x, named_rows(names, group=name), f"{name}: coverage", MARGINS + ROW * len(names))
 
