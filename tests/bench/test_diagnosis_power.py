@@ -61,7 +61,7 @@ def test_confusion_tells_what_each_is_called_and_what_ends_without_a_name(told):
     assert [text.get_text() for text in figure(chart).axes[0].texts] == ["mass"]
     assert (
         "50 % of the clearly visible draws report the right name" in chart.title
-        and "bow as mass, in 50 %" in chart.title
+        and "mass for bow, in 50 %" in chart.title
     )
 
 

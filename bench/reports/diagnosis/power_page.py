@@ -166,7 +166,7 @@ def confusion_chart(shares: pd.DataFrame) -> Chart:
     ]
     none = [(at, share) for at, of in enumerate(every.values()) if (share := of.get(UNNAMED, 0) + of.get(UNSEEN, 0))]
     own = [of[hidden] for hidden, of in every.items()]
-    elements: list[Element] = [Points(own, np.arange(len(own), dtype=float), name="its own name", said="{x:.0f} %")]
+    elements: list[Element] = []
     if none:
         places, missed = [float(at) for at, _ in none], [share for _, share in none]
         elements.append(
@@ -178,6 +178,7 @@ def confusion_chart(shares: pd.DataFrame) -> Chart:
             [share for *_, share in wrong], [float(at) for at, *_ in wrong], "diamond", name="another name", colour=PAPER, said=said,
         )  # fmt: skip
         elements.append(other)
+    elements.append(Points(own, np.arange(len(own), dtype=float), name="its own name", said="{x:.0f} %"))
     elements += _wrong_names(wrong)
     y = named_rows(map(_words, every), "hidden")
     caption = (
@@ -207,7 +208,7 @@ def _confusion_finding(own: Sequence[float], wrong: Sequence[tuple[int, str, flo
     if not wrong:
         return said
     at, name, share = max(wrong, key=lambda each: each[2])
-    return f"{said}; most often wrong: {_words(hidden[at])} as {_words(name)}, in {share:.0f} %"
+    return f"{said}; another name most often: {_words(name)} for {_words(hidden[at])}, in {share:.0f} %"
 
 
 def _words(name: str) -> str:
