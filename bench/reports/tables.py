@@ -27,8 +27,8 @@ EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a tabl
 LEAST_PCT = 1e-3  # smaller errors are not counted
 EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 
-# Columns that are of the likelihood of the data, whatever method was run
-OF_LIKELIHOOD = ("most_likely", "low", "high", "covered_pct", "ended_short_pct", "excess_deviance", "beyond_pct")
+OF_LIKELIHOOD = ("most_likely", "low", "high", "covered_pct")  # columns that are of the data, whatever method was run
+OF_SEARCH = ("ended_short_pct", "excess_deviance", "beyond_pct")  # where searches ended, relative to that
 
 
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
@@ -112,7 +112,7 @@ def _interval_summary(results: pd.DataFrame, name: str, n_unknown: int) -> dict[
     Not a number where that side is open in most of them.
     """
     if f"{name}_interval" not in results:
-        return dict.fromkeys(OF_LIKELIHOOD, np.nan)
+        return dict.fromkeys([*OF_LIKELIHOOD, *OF_SEARCH], np.nan)
     low = results[f"{name}_low"].fillna(-np.inf).median()
     high = results[f"{name}_high"].fillna(np.inf).median()
     covered = results[f"{name}_covered"].dropna().astype(float)

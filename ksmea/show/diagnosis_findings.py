@@ -40,6 +40,7 @@ AGREES = "the machine itself agrees with the model."
 MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
 FAR = 1.3  # times the noise, below which odds say more
 MOST_ODDS = 1e6
+MAX_SPLIT = 6  # explanations that a further measurement is sought for, the best first
 SPLIT = "the further measurement that is proposed distinguishes it"
 
 
@@ -203,14 +204,14 @@ def look_alikes(record: DiagnosisRecord) -> Iterator[str]:
         yield f"Ruled out by these data, although it can look like it: {said}."
     for name, each in known.items():
         if each.is_near:
-            proposed = "the further measurement that is proposed distinguishes it"
-            how = proposed if _is_split(record, name) else record.aliases[name]
+            how = SPLIT if _is_split(record, name) else record.aliases[name]
             yield f"{capital(each.words)} cannot be ruled out: {how}."
 
 
 def _is_split(record: DiagnosisRecord, name: str) -> bool:
-    """Whether a further measurement is proposed that distinguishes an effect."""
-    return record.split is not None and not any(name in pair for pair in record.split.together)
+    """Whether a further measurement is proposed that distinguishes an effect, one of the explanations that it is sought for."""
+    labels = [*dict.fromkeys(each.label for each in record.explanations)][:MAX_SPLIT]
+    return record.split is not None and name in labels and not any(name in pair for pair in record.split.together)
 
 
 def against(other: Other) -> str:

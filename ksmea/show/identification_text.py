@@ -113,14 +113,18 @@ def frame(record: IdentificationRecord) -> pd.DataFrame:
 
 
 def value_table(record: IdentificationRecord) -> pd.DataFrame:
-    """Unknowns in brief: value, interval, relative half-width and unit; of a rejected model values alone."""
+    """Unknowns in brief: value, interval, relative half-width and unit.
+
+    Of a rejected model, and without intervals, values alone.
+    """
     test = record.lack_of_fit
     rows = []
     for part in record.parameters:
         value, interval, relative = value_columns(part.shown)
-        known = {"95 %" if record.intervals is None else f"{100 * record.intervals.level:g} %": interval, "±": relative}
-        if test is not None and test.rejected:
-            known = {}
+        known = {}
+        if record.intervals is not None and not (test is not None and test.rejected):
+            interval = "–" if part.kind is None else interval
+            known = {f"{100 * record.intervals.level:g} %": interval, "±": relative}
         rows.append({"": part.name, "value": value, **known, "unit": part.unit})
     return pd.DataFrame(rows)
 

@@ -131,7 +131,8 @@ def _effect(record: PlanningRecord, crlb: Sequence[float | None], reduction: flo
     if record.target in record.unknown_with(crlb):
         return "still unknown"
     if record.target in record.unknown_with(record.crlb):
-        return f"it becomes known to {after}" if of_target else f"known to {after}"
+        subject = "it" if of_target == "its CRLB" else record.target
+        return f"{subject} becomes known to {after}" if of_target else f"known to {after}"
     change = _change(reduction)
     return f"{of_target} falls from {before} to {after} ({change})" if of_target else change
 

@@ -194,7 +194,11 @@ def noise_level(level: NoiseLevelRecord, notation: Notation = PLAIN) -> str:
 
 def _level(relative: float, floor: float, notation: Notation) -> str:
     parts = [f"{100 * relative:.3g} % of each value"] if relative else []
-    parts += [f"{floor / vibration_unit(notation):.3g} {deviation_unit(notation)}"] if floor >= LEAST_FLOOR else []
+    parts += (
+        [f"{floor / vibration_unit(notation):.3g} {deviation_unit(notation)}"]
+        if floor >= LEAST_FLOOR or (not parts and floor)
+        else []
+    )
     return " and ".join(parts) or "none"
 
 

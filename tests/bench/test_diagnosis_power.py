@@ -6,7 +6,7 @@ import pytest
 import scipy
 
 from bench.reports.diagnosis.power import DATA, DROP, EFFECT, chance, confusion, detectable_drop, false_alarms, rates
-from bench.reports.diagnosis.power_page import confusion_chart, detection_chart, verdicts_chart
+from bench.reports.diagnosis.power_page import _rate_of, confusion_chart, detection_chart, verdicts_chart
 from ksmea.show.charts.chart import Bars, Line, Points
 from ksmea.show.charts.picture import figure
 
@@ -48,6 +48,19 @@ def test_rates_count_what_is_clearly_visible_alone(told):
 def test_false_alarms_are_counted_by_kind_and_in_all():
     right = pd.DataFrame({DATA: ["complex", "complex", "amplitudes"], "detected": [True, False, False]})
     assert false_alarms(right).to_numpy().tolist() == [["complex", 2, 1], ["amplitudes", 1, 0], ["all", 3, 1]]
+
+
+def test_a_page_of_many_diagnoses_begins_with_its_rates():
+    """Wilson's ends of 0 of 10 and 12 of 12."""
+    of_both = pd.DataFrame(
+        {"runs": [10, 12], "false_alarms": [0, np.nan], "in_group": [np.nan, 12], "clearly_visible": [np.nan, 12]}
+    )
+    said = "Hidden effect in the reported set in 12 of 12 clearly visible draws (76 to 100 %)"
+    assert _rate_of(of_both) == f"{said}; No false alarm in 10 diagnoses (0 to 28 %)"
+    assert _rate_of(pd.DataFrame({"runs": [2], "false_alarms": [1]})).startswith("1 false alarm in 2 diagnoses (")
+    none = pd.DataFrame({"runs": [3], "in_group": [0], "clearly_visible": [3]})
+    assert _rate_of(none).startswith("Hidden effect in the reported set in 0 of 3 clearly visible draws (0 to ")
+    assert _rate_of(pd.DataFrame({"runs": [3]})) == ""
 
 
 def test_confusion_tells_what_each_is_called_and_what_ends_without_a_name(told):

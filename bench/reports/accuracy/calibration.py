@@ -15,7 +15,7 @@ import scipy
 
 from bench.jobs.lines import RESULTS
 from bench.jobs.records import NOT_FAILED
-from bench.plan.naming import naming_axes, place_columns, place_text, telling_axes
+from bench.plan.naming import cell_name, naming_axes, place_columns, place_text, telling_axes
 from bench.plan.page import Page
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.plan.report import Made, Report
@@ -48,6 +48,7 @@ class CalibrationReport(Report):
 
 def _page(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Page:
     names = [_short_name(plan, cell) or f"cell {index}" for index, cell in enumerate(plan.cells)]
+    names = names if len(set(names)) == len(names) else [cell_name(plan, cell) for cell in plan.cells]
     errors = {
         name: [_relative_errors(cell, name, runs[runs["cell"] == index]) for index, cell in enumerate(plan.cells)]
         for name in dict.fromkeys(frame["parameter"])

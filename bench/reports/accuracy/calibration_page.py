@@ -85,7 +85,8 @@ def calibration_chart(
     are_few = max((len(values) for of in errors.values() for values in of), default=0) < FEWEST_OF_BOX
     stacks = []
     covered = frame["covered_pct"].to_numpy(float) if has_coverage else np.ones(0)
-    low = min(LEAST_COVERED, float(np.nanmin(covered, initial=100.0)) - 2)
+    ends = _coverage_ends(frame)[0] if has_coverage else covered
+    low = min(LEAST_COVERED, float(np.nanmin(ends, initial=100.0)) - 2)
     for name, of in errors.items():
         rows = frame[frame["parameter"] == name]
         own = list(dict.fromkeys(rows["cell_name"]))  # cells that have this unknown
@@ -148,9 +149,7 @@ def _errors(name: str, names: Sequence[str], errors: Sequence[Array], *, are_few
 
 def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float], name: str, low: float) -> Panel:
     covered = rows["covered_pct"].to_numpy(float)
-    known = rows["runs"].where(rows["covered_pct"].notna(), 0)
-    ends = [interval(round(share * n / 100) if n else 0, int(n)) for share, n in zip(covered, known)]
-    left, right = 100 * np.array(ends).reshape(-1, 2).T
+    left, right = _coverage_ends(rows)
     at = np.array([names.index(cell) for cell in rows["cell_name"]], dtype=float)
     elements: list[Element] = []
     for level in levels:
@@ -159,6 +158,15 @@ def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float],
     elements.append(Points(covered, at, left=left, right=right, colour=INTERVAL, said="{x:.1f} %"))
     x = Axis("coverage (%)", low=low, high=100.5, group="coverage")
     return Panel(tuple(elements), x, named_rows(names, group=name), f"{name}: coverage", MARGINS + ROW * len(names))
+
+
+def _coverage_ends(rows: pd.DataFrame) -> Array:
+    """Ends of the 95 % intervals of coverages (2, n), %."""
+    shares = rows["covered_pct"].to_numpy(float)
+    counts = [0 if np.isnan(share) else int(n) for share, n in zip(shares, rows["runs"])]
+    ends = [interval(round(share * n / 100) if n else 0, n) for share, n in zip(shares, counts)]
+    found: Array = 100 * np.array(ends).reshape(-1, 2).T
+    return found
 
 
 def basins_chart(frame: pd.DataFrame, names: Sequence[str]) -> Chart:

@@ -56,7 +56,11 @@ def solved_chart(board: pd.DataFrame, pairs: pd.DataFrame, measure: Measure, tit
         Panel(tuple(_costs(rows, measure, at)), Axis("", "log", better="low"), y, "evaluations to reach it once", tall),
         Panel((Points(rows["seconds"], at, said="{x:.3g} s"),), Axis("", "log"), y, "time of a run (s)", tall),
     )
-    apart = "Green bars join methods that no test separates." if bars else "Tests separate any two methods."
+    apart = (
+        "Green bars join methods that no test separates."
+        if bars
+        else "Tests separate any two methods." * (len(rows) > 1)
+    )
     caption = (
         f"Dots with 95 % intervals over all instances; the rank, before the name, is by the mean rank of the {measure.name} at the"
         f" end, '=' of methods that tie. Evaluations: expected ones until a run reaches the target. {apart}"

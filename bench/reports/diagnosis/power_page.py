@@ -54,21 +54,31 @@ def diagnoses_page(plan: Plan, text: str, frame: pd.DataFrame, runs: pd.DataFram
 
 
 def _rate_of(frame: pd.DataFrame) -> str:
-    """False alarms without an effect, or reported sets that hold a hidden one, with an interval.
+    """False alarms without an effect, and reported sets that hold a hidden one, with an interval.
 
     '' without either.
     """
-    for column, of, said in (
-        ("false_alarms", "runs", "{} false alarms in {} diagnoses"),
-        ("in_group", "clearly_visible", "Hidden effect in the reported set in {} of {} clearly visible draws"),
-    ):
-        if column in frame and frame[of].sum():
-            count, n_run = int(frame[column].sum()), int(frame.loc[frame[column].notna(), of].sum())
-            low, high = (number(100 * end, 2) for end in interval(count, n_run))
-            return f"{said.format(count or 'No', n_run)} ({low} to {high} %)".replace(
-                "No false alarms", "No false alarm"
-            )
-    return ""
+    said = []
+    if counts := _counted(frame, "in_group", "clearly_visible"):
+        said.append(
+            f"Hidden effect in the reported set in {counts[0]} of {counts[1]} clearly visible draws{_interval(*counts)}"
+        )
+    if counts := _counted(frame, "false_alarms", "runs"):
+        alarms = "No false alarm" if not counts[0] else f"{counts[0]} false alarm{'s' * (counts[0] > 1)}"
+        said.append(f"{alarms} in {counts[1]} {'diagnoses' if counts[1] > 1 else 'diagnosis'}{_interval(*counts)}")
+    return "; ".join(said)
+
+
+def _counted(frame: pd.DataFrame, column: str, of: str) -> tuple[int, int] | None:
+    """How many of how many, over the cells that have such counts; None without any."""
+    if column not in frame or not (n_run := int(frame.loc[frame[column].notna(), of].sum())):
+        return None
+    return int(frame[column].sum()), n_run
+
+
+def _interval(count: int, n_run: int) -> str:
+    low, high = (number(100 * end, 2) for end in interval(count, n_run))
+    return f" ({low} to {high} %)"
 
 
 def power_page(

@@ -50,15 +50,16 @@ def has_true_values(plan: Plan) -> bool:
     return len(names) == 1 and all(known)
 
 
-def determined(plan: Plan) -> list[str]:
-    """Unknowns whose bound is below the value itself in all cells.
+def determined(plan: Plan, *, in_any: bool = False) -> list[str]:
+    """Unknowns whose bound is below the value itself in all cells, or in any of them.
 
     Within a larger one any value would lie.
     """
+    enough = any if in_any else all
     return [
         facts.name
         for facts in plan.cells[0].parameters
-        if all(
+        if enough(
             each.crlb and each.truth and each.crlb < abs(each.truth)
             for cell in plan.cells
             for each in cell.parameters

@@ -71,7 +71,7 @@ def inputs_blocks(inputs: Sequence[InputRecord]) -> Iterator[Block]:
 def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
     """The table of unknowns, their intervals as a plot, and all that is known of them.
 
-    A rejected model has values alone.
+    A rejected model has values alone; intervals with an unknown force are of a model that holds.
     """
     test = record.lack_of_fit
     is_rejected = test is not None and test.rejected
@@ -81,15 +81,17 @@ def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
     beside = {} if record.location is None else {each.name: each.over_sites for each in record.location.coefficients}
     unknowns: dict[str, dict[str, Shown]] = {}
     for part in record.parameters:
-        unknowns[part.name] = {"identified": part.shown}
+        shown = {} if is_rejected else {"identified": part.shown}
         if (other := beside.get(part.name)) is not None:
-            unknowns[part.name]["with an unknown force"] = other.shown
+            shown["with an unknown force"] = other.shown
+        unknowns |= {part.name: shown} if shown else {}
     truth = {part.name: part.in_unit(part.true) for part in record.parameters}
-    if not is_rejected and any(each.has_interval for of in unknowns.values() for each in of.values()):
+    if any(each.has_interval for of in unknowns.values() for each in of.values()):
         crosses = "; crosses: true values" if any(map(math.isfinite, truth.values())) else ""
         caption = f"The interval of each unknown relative to its value{crosses}."
         yield Drawn(intervals_chart(unknowns, truth, caption))
-    yield Folded("All columns, and the identification as text", (Table(table(record)), Prose(text(record))))
+    of_which = ", with intervals as if the model were right" if is_rejected else ""
+    yield Folded(f"All columns, and the identification as text{of_which}", (Table(table(record)), Prose(text(record))))
 
 
 def steps_chart(record: IdentificationRecord) -> Chart:

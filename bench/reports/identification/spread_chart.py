@@ -66,7 +66,7 @@ def spread_finding(plan: Plan, summary: pd.DataFrame) -> str:
 
     Instead that the data determine none, if so; empty without errors.
     """
-    if plan.cells[0].parameters and has_true_values(plan) and not determined(plan):
+    if plan.cells[0].parameters and has_true_values(plan) and not determined(plan, in_any=True):
         return f"These data determine none of {', '.join(each.name for each in plan.cells[0].parameters)}: 1 σ of each is above its value"
     errors: dict[int, list[float]] = defaultdict(list)
     for (name, unit), rows in summary.groupby(["parameter", "unit"], sort=False):

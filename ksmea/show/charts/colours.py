@@ -1,6 +1,6 @@
 """Colours by what they mean, alike in pictures and on pages.
 
-Each role has a colour on a white ground and one on a dark ground (3 : 1 or more, WCAG 2.2 for graphics). A page is written
+Each role has a colour on a white ground and one on a dark ground; lines and symbols have 3 : 1 or more there (WCAG 2.2 for graphics). A page is written
 with the first, and shows the second where the reader's system is dark. Model, paper, interval and ink differ by
 ΔE 2000 ≥ 12 for normal, protan and deutan vision; all others also by their symbol or dash.
 """

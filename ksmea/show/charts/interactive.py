@@ -77,13 +77,15 @@ def plot(chart: Chart) -> Layout:
                 notes.append(drawn.heading())
     wide = _layout(chart, 1 if is_chosen else chart.across, numbers)
     narrow = _with_broken_names(_layout(chart, 1, numbers, NARROW_EYE))
-    narrow["height"] += LEGEND_LINE * (_legend_lines(trace["name"] for trace in traces if trace["showlegend"]) - 1)
+    narrow["height"] += LEGEND_LINE * (
+        _legend_lines(dict.fromkeys(trace["name"] for trace in traces if trace["showlegend"])) - 1
+    )
     base = {
         "paper_bgcolor": CLEAR,
         "plot_bgcolor": CLEAR,
         "font": {"size": 12, "family": "system-ui, sans-serif"},
         "separators": ".",  # thousands have none, as in texts and tables
-        "hoverlabel": {"bgcolor": "#1f252b", "bordercolor": "#1f252b", "font": {"color": "#ffffff"}, "namelength": -1},
+        "hoverlabel": {"bgcolor": "#1f252b", "bordercolor": "#1f252b", "font": {"color": "white"}, "namelength": -1},
         "bargap": 0.2,
         "barmode": "overlay",
         "boxmode": "overlay",

@@ -35,6 +35,7 @@
   for (const figure of figures) specs.set(figure, parsed(texts.get(figure)));
   const waiting = new Set(figures); // what is folded has no width: it is drawn when it opens
   const open = () => [...waiting].filter((figure) => !figure.closest("details:not([open])"));
+  darkness.addEventListener("change", () => paint(darkness.matches)); // also while figures are drawn
   const drawOpen = () => { for (const figure of open()) { waiting.delete(figure); draw(figure); } };
   for (const figure of open()) {
     waiting.delete(figure);
@@ -44,7 +45,6 @@
   for (const each of document.querySelectorAll("details")) each.addEventListener("toggle", drawOpen);
   addEventListener("beforeprint", () => { drawOpen(); paint(false); resize(PRINT_WIDTH); });
   addEventListener("afterprint", () => { paint(darkness.matches); resize(null); });
-  darkness.addEventListener("change", () => paint(darkness.matches));
   document.documentElement.dataset.drawn = figures.length;
 
   /** The data of a plot, which are packed where they are many. */

@@ -32,19 +32,18 @@ def phase_in_words(notation: Notation) -> str:
 def rings(reach: float, notation: Notation, speeds: Sequence[Words] = ()) -> Iterator[Element]:
     """Circles at round radii, the outer one with its value, and axes.
 
-    Axes have the phase of a notation at their ends. The value stands on the diagonal where the fewest circles meet the names of `speeds`.
+    Axes have the phase of a notation at their ends. The value stands on a diagonal on which no name of `speeds` hides it.
     """
     raw = reach / N_RING
     power = 10.0 ** np.floor(np.log10(raw))
     step = power * next(each for each in (1, 2, 5, 10) if each * power >= LEAST_STEP * raw)
     radii = np.arange(1, np.floor(reach / step) + 1) * step
     taken = _moved(np.array([complex(each.x, each.y) for each in speeds]), reach)
-    is_hidden = [[_is_near(radius * diagonal, taken, reach) for radius in radii] for diagonal in DIAGONALS]
-    best = int(np.argmin(np.sum(is_hidden, axis=1)))
     for radius in radii:
         yield Line(radius * np.cos(FULL_TURN), radius * np.sin(FULL_TURN), width=0.5, colour=CONTEXT, opacity=0.6)
     if len(radii):
-        at = radii[-1] * DIAGONALS[best]
+        free = [each for each in radii[-1] * DIAGONALS if not _is_near(each, taken, reach)]
+        at = free[0] if free else radii[-1] * DIAGONALS[0]
         side: Literal["left", "right"] = "left" if at.real > 0 else "right"
         yield Words(x=float(at.real), y=float(at.imag), text=f"{radii[-1]:g} {notation.unit}", side=side)
     yield Level(at=0.0, dash="solid", width=0.4, colour=CONTEXT)
