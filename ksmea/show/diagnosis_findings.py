@@ -209,7 +209,7 @@ def look_alikes(record: DiagnosisRecord) -> Iterator[str]:
 
 
 def _is_split(record: DiagnosisRecord, name: str) -> bool:
-    """Whether a further measurement is proposed that distinguishes an effect, one of the explanations that it is sought for."""
+    """Whether a further measurement is proposed that distinguishes this explanation."""
     labels = [*dict.fromkeys(each.label for each in record.explanations)][:MAX_SPLIT]
     return record.split is not None and name in labels and not any(name in pair for pair in record.split.together)
 

@@ -97,7 +97,7 @@ def plot(chart: Chart) -> Layout:
 
 
 def _legend_lines(names: Iterable[str]) -> int:
-    """Lines of a legend on a narrow page, at least one: plotly takes their height from that of the panels."""
+    """Lines of a legend on a narrow page, at least one: plotly takes their height from the panels."""
     lines, used = 1, 0.0
     for name in names:
         wide = SAMPLE + LETTER * len(name)
