@@ -26,6 +26,7 @@ LONGEST_CELL = 2000  # characters; Excel takes 32767, nobody reads them
 EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a table below the parameters, and their units
 LEAST_PCT = 1e-3  # smaller errors are not counted
 EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
+FEWEST_OF_BOX = 5  # values of which a box is drawn; fewer are dots
 
 OF_LIKELIHOOD = ("most_likely", "low", "high", "covered_pct")  # columns that are of the data, whatever method was run
 OF_SEARCH = ("ended_short_pct", "excess_deviance", "beyond_pct")  # where searches ended, relative to that

@@ -72,12 +72,12 @@ from ksmea.inference.maximisation import maximise, with_best_noise
 from ksmea.location.location import Location
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.case import Case
+from ksmea.records.diagnosis import MAX_SPLIT
 
 Locate = Callable[[Case], Location]
 
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
 NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby
-MAX_SPLIT = 6  # explanations that a further measurement is sought for
 MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model to be called adequate
 
 

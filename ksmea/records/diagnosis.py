@@ -101,6 +101,9 @@ class DetectableRecord(Record):
     observable: bool  # size is below largest
 
 
+MAX_SPLIT = 6  # explanations that a further measurement is sought for, the best first
+
+
 @dataclass(frozen=True)
 class SplitRecord(Record):
     """Further measurement that separates explanations, with the expected deviance difference.

@@ -15,14 +15,14 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 from ksmea.measurement.notation import Notation
-from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
+from ksmea.records.diagnosis import MAX_SPLIT, CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import EffectRecord
 from ksmea.records.statement import StatementRecord
 from ksmea.show import statements
 from ksmea.show.location_words import in_short, over_the_shaft
 from ksmea.show.readings import DECIMALS, PLAIN, speed_unit
-from ksmea.show.statements import UNSAID, half_width, with_unit
+from ksmea.show.statements import ANGLE, UNSAID, half_width, with_unit
 from ksmea.show.text import capital, number, two_digits
 from ksmea.units import MICROMETRE
 
@@ -31,7 +31,6 @@ MISREAD = "misread"
 NEAR = 6.0  # ΔBIC within which two explanations cannot be distinguished (Kass & Raftery 1995)
 LEAST_FLOOR = 0.01 * MICROMETRE  # of noise that is said
 RESOLUTION = 4001  # simulated residuals of the lack-of-fit test, with the measured ones: its smallest p is one of them
-DEGREES = "deg"  # of an angle no part is known
 EVERYWHERE = (UNSAID, "all bearings")  # locations that the name of a cause implies
 WHOLE = 3.0  # of a half-width: a number has no decimals
 ALIKE = 2.0  # factor within which relative half-widths are said together
@@ -40,7 +39,6 @@ AGREES = "the machine itself agrees with the model."
 MOST_MULTIPLE = 1e3  # noise that is said; beyond it nobody compares
 FAR = 1.3  # times the noise, below which odds say more
 MOST_ODDS = 1e6
-MAX_SPLIT = 6  # explanations that a further measurement is sought for, the best first
 SPLIT = "the further measurement that is proposed distinguishes it"
 
 
@@ -334,7 +332,7 @@ def _how_well(record: DiagnosisRecord) -> str:
         row.name: half / abs(row.before.value)
         for row in record.coefficients
         if row.before is not None
-        and row.before.unit != DEGREES
+        and row.before.unit != ANGLE
         and (half := half_width(row.before.shown)) is not None
         and row.before.value
     }
@@ -379,12 +377,12 @@ def _times(multiple: float) -> str:
     return f"{TIMES} {more}{number(multiple, 2) if multiple >= 1.05 else f'{multiple:.2f}'}"
 
 
-def odds(behind: float) -> str:
+def odds(behind: float, at_most: str = "more than 1\u00a0000\u00a0000") -> str:
     """Odds of the better of two explanations, exp(ΔBIC/2) (Kass & Raftery 1995), with two digits."""
     most = 2 * math.log(MOST_ODDS)
     odds = math.exp(min(behind, most) / 2)
     digits = f"{round(odds, 1 - math.floor(math.log10(odds))):,.0f}".replace(",", "\u00a0")
-    return f"more than {digits}" if behind >= most else digits
+    return at_most if behind >= most else digits
 
 
 def _noise(level: NoiseLevelRecord, notation: Notation) -> str:

@@ -9,9 +9,9 @@ import pandas as pd
 
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
-from ksmea.show.diagnosis_findings import DEGREES, TIMES, beside
+from ksmea.show.diagnosis_findings import TIMES, beside
 from ksmea.show.diagnosis_tables import averaged_values
-from ksmea.show.statements import value_columns
+from ksmea.show.statements import ANGLE, value_columns
 from ksmea.show.text import number
 
 LARGE_MOVE = 2.0  # from where on a move is said as a ratio
@@ -49,7 +49,7 @@ def value_table(record: DiagnosisRecord) -> pd.DataFrame:
 
 def _moved(before: EstimateRecord, accepted: EstimateRecord) -> str:
     """Change of a value by the cause: '−12 %', '× 3.1', of an angle '+15°' the short way round."""
-    if accepted.unit == DEGREES:
+    if accepted.unit == ANGLE:
         turned = (accepted.value - before.value + 180) % 360 - 180
         return f"{number(turned, 2, '+').replace('-', '−')}°"
     if not before.value:

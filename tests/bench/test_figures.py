@@ -118,7 +118,7 @@ def test_the_summary_holds_quartiles_and_the_papers_values(plan, tmp_path, monke
     assert few.title == "samples 40: within 2 % of each parameter (median); samples 70: within 20 %"
     dots = drawn(few.panels[0])["this bench"]  # of four values there are no quartiles
     assert sorted(zip(dots.y, dots.x)) == [(0, 49), (0, 50), (0, 51), (0, 52), (1, 60), (1, 60), (1, 60), (1, 60)]
-    monkeypatch.setattr("bench.reports.identification.spread_chart.FEWEST", 4)
+    monkeypatch.setattr("bench.reports.identification.spread_chart.FEWEST_OF_BOX", 4)
     kxx, *_ = spread_chart(plan, runs, summary).panels
     assert kxx.title == "kxx (MN/m)"
     assert drawn(kxx)["paper"].x.tolist() == [50.3, 50.1]

@@ -192,10 +192,8 @@ def _short_name(plan: Plan, cell: Cell) -> str:
     """A cell's place with the groups of its settings and the folders of files left out."""
     parts = [(axis.rpartition(".")[2], cell.place.get(axis)) for axis in naming_axes(plan)]
     given = [(axis, value) for axis, value in parts if value is not None]
-    words = {"label": place_text, "kind": place_text, "file": lambda path: PurePath(path).name}
-    return ", ".join(
-        words.get(axis, lambda value, axis=axis: f"{axis} {place_text(value)}")(value) for axis, value in given
-    )
+    shown = ((axis, PurePath(value).name if axis == "file" else place_text(value)) for axis, value in given)
+    return ", ".join(text if axis in ("label", "kind", "file") else f"{axis} {text}" for axis, text in shown)
 
 
 def _relative_errors(cell: Cell, name: str, runs: pd.DataFrame) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
-from bench.reports.tables import interval
+from bench.reports.tables import FEWEST_OF_BOX, interval
 from ksmea.arrays import Array
 from ksmea.show.charts.chart import (
     Axis,
@@ -34,7 +34,6 @@ from ksmea.show.text import two_digits
 
 ENDS = (2.5, 25, 50, 75, 97.5)  # percentiles of a box and its whiskers
 FAR = 6.0  # times the CRLB, where axes of errors end; what lies beyond is counted there
-FEWEST_OF_BOX = 5  # runs; fewer are dots
 LEAST_COVERED = 88.0  # per cent, from which on the axis shows all
 HELD = 2.0  # per cent beside the level: shaded
 ROW, MARGINS = 0.26, 0.8  # inches for each cell and each panel

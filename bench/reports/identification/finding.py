@@ -9,11 +9,10 @@ import numpy as np
 
 from ksmea.records.estimate import Shown
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.statements import half_width, with_unit
+from ksmea.show.statements import ANGLE, half_width, with_unit
 from ksmea.show.text import capital, fit_verdict, number
 
 MOST_NAMES = 3  # of one unit that are written out
-ANGLE = "deg"
 
 
 def finding(record: IdentificationRecord) -> str:

@@ -13,7 +13,7 @@ from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
 from bench.reports.identification.error_chart import determined, has_true_values
 from bench.reports.identification.factors import short
-from bench.reports.tables import EFFORT, EXACT, LEAST_PCT, has_intervals, lacks_interval
+from bench.reports.tables import EFFORT, EXACT, FEWEST_OF_BOX, LEAST_PCT, has_intervals, lacks_interval
 from ksmea.arrays import Array
 from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Points, named_rows
 from ksmea.show.charts.colours import INTERVAL, PAPER, REFERENCE
@@ -22,7 +22,6 @@ from ksmea.show.text import two_digits
 COLUMNS = 5  # of panels: more are too small to read
 ROW = 0.3  # inches
 WIDE = 50.0  # largest to smallest value, from which on an axis is logarithmic
-FEWEST = 5  # values of which a box is drawn
 BEYOND = 0.1  # of the spread of all that is drawn: as far behind it an open side ends
 PAPER_BELOW = 0.28  # of a row: the paper's values hide none
 REACH = 0.45  # half of what a line of a cell takes
@@ -151,7 +150,7 @@ def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int])
 
 def _spread(at: Array, values: Sequence[Array]) -> Element:
     """Boxes of the values of each cell (n,), or all of them where they are too few for quartiles."""
-    if max(map(len, values), default=0) >= FEWEST:
+    if max(map(len, values), default=0) >= FEWEST_OF_BOX:
         return Boxes(at, values, along="x", name=OURS, with_points=True)
     return Points(np.concatenate(values), np.repeat(at, [len(each) for each in values]), name=OURS, size=4.0)
 

@@ -6,7 +6,6 @@ The orbit may be a polar plot.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -58,6 +57,9 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     column = worst_channel(record, response)
     x = Axis(speed_label(notation), group="speed")
     elements: list[Element] = []
+    if record.is_rejected:
+        low, high = (end / speed_unit(notation) for end in record.lack_of_fit.before.band)
+        elements.append(Span(low=low, high=high, along="x", colour=BEFORE, opacity=0.1))
     for model, curve in response.curves.items():
         colour, dash = STYLES[model]
         amplitude = broken(np.abs(curve.values[:, column]), curve.breaks)
@@ -79,10 +81,6 @@ def response_chart(record: DiagnosisRecord, notation: Notation = PLAIN) -> Chart
     title = f"Response of {name}, measured and by the model"
     if record.is_rejected:
         title = f"Largest misfit of the model as given: {findings.where(record.lack_of_fit.before, notation)}"
-        low, high = (end / speed_unit(notation) for end in record.lack_of_fit.before.band)
-        panels[0] = replace(
-            panels[0], elements=(Span(low=low, high=high, along="x", colour=BEFORE, opacity=0.1), *panels[0].elements)
-        )
         left = f"; shaded: the largest misfit, in σ of the noise{left}"
     return Chart(title, f"Dots: measured{left}.", (tuple(panels),), width=6.5)
 
@@ -163,7 +161,8 @@ def orbit_chart(record: DiagnosisRecord, response: Response) -> Chart:
 
 def others_chart(record: DiagnosisRecord) -> Chart | None:
     """Noise that each explanation of the data needs, as a multiple of what the best one needs."""
-    others = findings.others(record)[:MOST_OTHERS]
+    all_others = findings.others(record)
+    others = all_others[:MOST_OTHERS]
     given = findings.as_given(record)
     if not others or given is None:
         return None
@@ -186,8 +185,8 @@ def others_chart(record: DiagnosisRecord) -> Chart | None:
         if n_near
         else "No other known cause explains the data as well"
     )
-    n_other = len(findings.others(record))
-    of_which = f"; the best {len(others)} of {n_other} other causes" if n_other > len(others) else ""
+    is_cut = len(all_others) > len(others)
+    of_which = f"; the best {len(others)} of {len(all_others)} other causes" if is_cut else ""
     return one_panel(
         elements, Axis("noise needed (best: 1)", "log", low=0.9, high=2.2 * max(most, 1.2)),
         named_rows(name for name, *_ in every), title,
@@ -202,8 +201,7 @@ def _said(other: findings.Other) -> str:
     noise = f"{findings.TIMES} {other.multiple:.3g}"
     if other.is_near or other.multiple >= findings.FAR:
         return noise
-    odds = findings.odds(other.behind).replace("more than 1\u00a0000\u00a0000", "> 10⁶")
-    return f"{noise} ({odds} : 1)"
+    return f"{noise} ({findings.odds(other.behind, at_most='> 10⁶')} : 1)"
 
 
 def _words(record: DiagnosisRecord) -> Iterator[str]:
