@@ -9,6 +9,7 @@ such unknowns, so that it is computed once.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -97,7 +98,7 @@ class MatrixSlope:
 
     @classmethod
     def between(cls, below: Rotor, above: Rotor, width: float) -> MatrixSlope:
-        first, second = assemble_differing(below, above)
+        dof, first, second = assemble_differing(below, above)
         parts = {name: (getattr(second, name) - getattr(first, name)) / width for name in NAMES}
         parts = {name: part for name, part in parts.items() if np.any(part)}
         hysteresis = _difference(first, second, width)
@@ -107,7 +108,7 @@ class MatrixSlope:
         )
         place = np.ix_(touched, touched)
         cut = None if hysteresis is None else (hysteresis[0][place], hysteresis[1][place])
-        return cls(touched, {name: part[place] for name, part in parts.items()}, cut)
+        return cls(dof[touched], {name: part[place] for name, part in parts.items()}, cut)
 
     def times(self, speed: Array, motion: ComplexArray) -> ComplexArray:
         """∂D/∂x q at these degrees of freedom, of motions (n_speed, n_dof, n_column)."""
@@ -160,6 +161,8 @@ def seen_changes(
         push[:, slope.dof, place] -= slope.times(speed, motion)
         if not problem.linear[unknown] or problem.loads_follow_rotor:
             below, above, width = _ends(shaft, x, unknown, MATRIX_STEP)
+            if not problem.loads_follow_rotor and _differ_in_inertia_alone(below.rotor, above.rotor):
+                continue
             push[:, :, place] -= (above.force_of_bearings(motion) - below.force_of_bearings(motion)) / width
             push[:, :, place] += (above.forces() - below.forces()) @ weights / width
             read[place] = (above.rows() - below.rows()) @ motion / width
@@ -167,6 +170,11 @@ def seen_changes(
     for place, change in read.items():
         seen[:, :, place] += change
     return {int(unknown): seen[:, :, place].transpose(1, 2, 0) for place, unknown in enumerate(problem.costly)}
+
+
+def _differ_in_inertia_alone(one: Rotor, other: Rotor) -> bool:
+    """Whether two rotors differ in disks and lumped masses alone, which neither load the shaft nor read or hold it."""
+    return dataclasses.replace(one, disks=other.disks, masses=other.masses) == other
 
 
 def _read_change(shaft: WholeShaft, x: Array, unknown: int, motion: ComplexArray) -> ComplexArray:

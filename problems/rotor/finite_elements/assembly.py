@@ -128,15 +128,24 @@ def assemble_free(rotor: Rotor) -> Matrices:
 
     They are kept, and not to be written to.
     """
-    found = _assembled(rotor, range(len(rotor.segments)), (*rotor.disks, *rotor.masses))
+    parts = _Parts(range(len(rotor.segments)), (*rotor.disks, *rotor.masses))
+    found = _assembled(rotor, parts, range(len(rotor.node_positions)))
     for matrix in (found.mass, found.damping, found.gyroscopic, found.stiffness, found.circulatory, found.hysteretic):
         if matrix is not None:
             matrix.flags.writeable = False
     return found
 
 
-def assemble_differing(first: Rotor, second: Rotor) -> tuple[Matrices, Matrices]:
-    """Matrices of the parts in which two rotors differ.
+@dataclass(frozen=True)
+class _Parts:
+    """Some segments of a shaft, and some of its disks and lumped masses."""
+
+    segments: Sequence[int]
+    disks: Sequence[Disk]
+
+
+def assemble_differing(first: Rotor, second: Rotor) -> tuple[Indices, Matrices, Matrices]:
+    """Matrices of the parts in which two rotors differ, on the degrees of freedom that move these parts.
 
     Whole matrices differ by as much.
     """
@@ -145,29 +154,45 @@ def assemble_differing(first: Rotor, second: Rotor) -> tuple[Matrices, Matrices]
         segments: Sequence[int] = range(len(first.segments))
     else:
         pairs = zip(first.segments, second.segments, strict=True)
-        segments = [index for index, (one, other) in enumerate(pairs) if one != other]
-    sides = ((*first.disks, *first.masses), (*second.disks, *second.masses))
-    differ = [
-        bool(segments) or one != other for one, other in zip(*sides, strict=True)
-    ]  # rows of disks are of the shaft
-    disks = ([disk for disk, differs in zip(side, differ) if differs] for side in sides)
-    one, other = (_assembled(rotor, segments, own) for rotor, own in zip((first, second), disks))
-    return one, other
+        segments = [index for index, pair in enumerate(pairs) if _differ(*pair)]
+    disks = [
+        pair
+        for pair in zip((*first.disks, *first.masses), (*second.disks, *second.masses), strict=True)
+        if _differ(*pair)
+        or (segments and any(disk.offset for disk in pair))  # off its node, it moves as the shaft does
+    ]
+    nodes = _nodes_of(first, segments) | {
+        int(dof) // DOF_PER_NODE
+        for rotor, side in zip((first, second), zip(*disks))
+        for disk in side
+        for dof in disk_rows(rotor, disk)[0]
+    }
+    window = range(min(nodes), max(nodes) + 1) if nodes else range(0)
+    one, other = (
+        _assembled(rotor, _Parts(segments, [pair[side] for pair in disks]), window)
+        for side, rotor in enumerate((first, second))
+    )
+    return DOF_PER_NODE * window.start + np.arange(DOF_PER_NODE * len(window)), one, other
 
 
-def _assembled(rotor: Rotor, segments: Sequence[int], disks: Sequence[Disk]) -> Matrices:
-    """Matrices of some segments of a rotor and of some of its disks and lumped masses.
+def _differ(one: object, other: object) -> bool:
+    """Whether two parts differ, most of which are one object."""
+    return one is not other and one != other
 
-    Each is as large as the whole matrix.
-    """
-    place = partial(_placed, rotor, segments)
-    matrices = of_elements(rotor, shaft.element_matrices, segments)
+
+def _nodes_of(rotor: Rotor, segments: Sequence[int]) -> set[int]:
+    return {node for element in _elements_of(rotor, segments) for node in (element, element + 1)}
+
+
+def _assembled(rotor: Rotor, parts: _Parts, window: range) -> Matrices:
+    """Matrices of some parts of a rotor on the degrees of freedom of consecutive nodes, which are all that move them."""
+    place = partial(_placed, rotor, parts.segments, window)
+    matrices = of_elements(rotor, shaft.element_matrices, parts.segments)
     mass = place([each.mass for each in matrices])
     gyroscopic = place([each.gyroscopic for each in matrices])
     stiffness = place([each.stiffness for each in matrices])
-    seated = [(disk, *disk_rows(rotor, disk)) for disk in disks]
-    for disk, dof, rows in seated:
-        at = np.ix_(dof, dof)
+    seated = [_seated(rotor, disk, window) for disk in parts.disks]
+    for disk, at, rows in seated:
         mass[at] += rows.T @ shaft.disk_mass(disk) @ rows
         gyroscopic[at] += rows.T @ shaft.disk_gyroscopic(disk) @ rows
     circulatory, damping = np.zeros_like(stiffness), np.zeros_like(stiffness)
@@ -175,22 +200,30 @@ def _assembled(rotor: Rotor, segments: Sequence[int], disks: Sequence[Disk]) -> 
         damping = rotor.internal_damping * stiffness
         circulatory = against_spin(damping)
     if rotor.external_damping:
-        damping = damping + rotor.external_damping * place(of_elements(rotor, shaft.drag, segments))
+        damping = damping + rotor.external_damping * place(of_elements(rotor, shaft.drag, parts.segments))
     if rotor.axial_force:
-        stiffness = stiffness + rotor.axial_force * place(of_elements(rotor, shaft.geometric_stiffness, segments))
-    if any(disk.standing_damping for disk in disks):
+        tension = place(of_elements(rotor, shaft.geometric_stiffness, parts.segments))
+        stiffness = stiffness + rotor.axial_force * tension
+    if any(disk.standing_damping for disk in parts.disks):
         damping = damping.copy()
-        for disk, dof, rows in seated:
-            damping[np.ix_(dof, dof)] += disk.standing_damping * (rows.T @ shaft.disk_mass(disk) @ rows)
+        for disk, at, rows in seated:
+            damping[at] += disk.standing_damping * (rows.T @ shaft.disk_mass(disk) @ rows)
     if not all(isinstance(segment, ShaftSegment) and _is_plain(segment) for segment in rotor.segments):
-        turning = place(of_elements(rotor, shaft.segment_internal_damping, segments))
-        damping = damping + turning + place(of_elements(rotor, shaft.segment_damping, segments))
+        turning = place(of_elements(rotor, shaft.segment_internal_damping, parts.segments))
+        damping = damping + turning + place(of_elements(rotor, shaft.segment_damping, parts.segments))
         circulatory = circulatory + against_spin(turning)
-        stiffness = stiffness + place(of_elements(rotor, shaft.segment_tension, segments))
+        stiffness = stiffness + place(of_elements(rotor, shaft.segment_tension, parts.segments))
     hysteretic = None
     if any(isinstance(segment, ShaftSegment) and segment.loss_factor for segment in rotor.segments):
-        hysteretic = place(of_elements(rotor, shaft.segment_loss, segments))
+        hysteretic = place(of_elements(rotor, shaft.segment_loss, parts.segments))
     return Matrices(mass, damping, gyroscopic, stiffness, circulatory, hysteretic)
+
+
+def _seated(rotor: Rotor, disk: Disk, window: range) -> tuple[Disk, tuple[Indices, Indices], Array]:
+    """A disk, where its matrices go among these nodes, and the rows that read its motion there."""
+    dof, rows = disk_rows(rotor, disk)
+    dof = dof - DOF_PER_NODE * window.start
+    return disk, (dof[:, None], dof[None]), rows
 
 
 def _is_plain(segment: ShaftSegment) -> bool:
@@ -228,24 +261,24 @@ def _elements_of(rotor: Rotor, segments: Sequence[int]) -> list[int]:
 
 def chained(matrices: Sequence[Array]) -> Array:
     """Matrices of elements (8, 8), from left to right, as one of the whole shaft."""
-    return _at_elements(matrices, np.arange(len(matrices)), len(matrices))
+    return _at_elements(matrices, np.arange(len(matrices)), len(matrices) + 1)
 
 
-def _placed(rotor: Rotor, segments: Sequence[int], matrices: Sequence[Array]) -> Array:
-    """Matrices of the elements of some segments, as one of the whole shaft."""
-    return _at_elements(matrices, np.array(_elements_of(rotor, segments), dtype=int), len(rotor.node_positions) - 1)
+def _placed(rotor: Rotor, segments: Sequence[int], window: range, matrices: Sequence[Array]) -> Array:
+    """Matrices of the elements of some segments, as one of consecutive nodes."""
+    return _at_elements(matrices, np.array(_elements_of(rotor, segments), dtype=int) - window.start, len(window))
 
 
-def _at_elements(matrices: Sequence[Array], left: Indices, n_element: int) -> Array:
-    """Matrices of elements behind these nodes as one of the whole shaft."""
+def _at_elements(matrices: Sequence[Array], left: Indices, n_node: int) -> Array:
+    """Matrices of elements behind these nodes as one of all nodes."""
     n = DOF_PER_NODE
-    whole = np.zeros((n_element + 1, n, n_element + 1, n))
+    whole = np.zeros((n_node, n, n_node, n))
     if len(matrices):
         blocks = np.array(matrices)
         for row, rows in ((left, slice(None, n)), (left + 1, slice(n, None))):
             for column, columns in ((left, slice(None, n)), (left + 1, slice(n, None))):
                 whole[row, :, column] += blocks[:, rows, columns]
-    return whole.reshape(n * (n_element + 1), -1)
+    return whole.reshape(n * n_node, n * n_node)
 
 
 def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:

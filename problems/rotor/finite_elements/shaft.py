@@ -123,8 +123,19 @@ def is_cylinder(element: Element) -> bool:
     return isinstance(element.segment, ShaftSegment) and element.segment.is_cylinder
 
 
+@lru_cache(maxsize=MAX_KEPT)
 def element_matrices(element: Element) -> ElementMatrices:
-    """Consistent matrices of an element, both bending planes and their gyroscopic coupling."""
+    """Consistent matrices of an element, both bending planes and their gyroscopic coupling.
+
+    They are kept, and not to be written to.
+    """
+    found = _element_matrices(element)
+    for matrix in (found.mass, found.gyroscopic, found.stiffness):
+        matrix.flags.writeable = False
+    return found
+
+
+def _element_matrices(element: Element) -> ElementMatrices:
     if isinstance(element.segment, CouplingSegment):
         return _coupling_matrices(element.segment)
     segment = element.segment

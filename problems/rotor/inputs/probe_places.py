@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from ksmea.units import DEGREE
 from problems.rotor.finite_elements.data import HousingProbe, Rotor
 
 READINGS = ("position", "direction", "gain")
+MAX_KEPT = 512  # channels elsewhere: of one number after the other, all others are as they were
 
 
 @dataclass(frozen=True)
@@ -46,18 +48,23 @@ def moved(
         channels: channels as the measurement states them, by which places are found.
         changes: places with changes, SI.
     """
-    found = list(looking)
-    for place, change in changes:
-        if not change:
-            continue
-        for index, channel in enumerate(channels):
-            if not place.reads(channel):
-                continue
-            if place.reading == "position":
-                found[index] = replace(found[index], position=found[index].position + change)
-            else:
-                found[index] = replace(found[index], direction=direction_at(found[index].angle + change / DEGREE))
-    return tuple(found)
+    return tuple(
+        _moved(seen, _change_of("position", stated, changes), _change_of("direction", stated, changes))
+        for seen, stated in zip(looking, channels, strict=True)
+    )
+
+
+def _change_of(reading: str, channel: Channel, changes: Sequence[tuple[ProbePlace, float]]) -> float:
+    own = (change for place, change in changes if change and place.reading == reading and place.reads(channel))
+    return sum(own, start=0.0)
+
+
+@lru_cache(maxsize=MAX_KEPT)
+def _moved(channel: Channel, along: float, turned: float) -> Channel:
+    """A channel further along the shaft by so much (m), and turned from x towards y (rad)."""
+    if along:
+        channel = replace(channel, position=channel.position + along)
+    return replace(channel, direction=direction_at(channel.angle + turned / DEGREE)) if turned else channel
 
 
 def with_moved_housing_probes(rotor: Rotor, changes: Sequence[tuple[ProbePlace, float]]) -> Rotor:
