@@ -48,6 +48,7 @@ class Composer:
         self._swept = swept
         self._labels = labels
         self._at_plugins: dict[tuple[str, ...], DictConfig] = {}
+        self._lent: dict[tuple[str, ...], tuple[set[str], DictConfig]] = {}
 
     @cached_property
     def outline(self) -> DictConfig:
@@ -67,7 +68,7 @@ class Composer:
     @cached_property
     def whole(self) -> DictConfig:
         """The experiment with all settings of those plugins."""
-        return self.at({})
+        return self.at({}).copy()
 
     def own(self, points: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         """The points, each once, as a configuration knows them.
@@ -89,7 +90,10 @@ class Composer:
         }
 
     def at(self, point: Mapping[str, Any]) -> DictConfig:
-        """The configuration at one point: {setting or group: value}."""
+        """The configuration at one point: {setting or group: value}.
+
+        It is lent until the next call, which changes it: a copy takes longer than the settings of a point.
+        """
         groups = {key: value for key, value in point.items() if key in registry.GROUPS}
         overrides = (
             *self._standard(groups),
@@ -98,10 +102,13 @@ class Composer:
         )
         if overrides not in self._at_plugins:
             self._at_plugins[overrides] = self._without_large_parts(self._compositions.of(overrides))
-        config = self._at_plugins[overrides].copy()
-        for key, value in point.items():
-            if key not in groups:
-                OmegaConf.update(config, key, value, merge=True)
+        own = {key: value for key, value in point.items() if key not in groups}
+        keys, config = self._lent.get(overrides, (None, self._at_plugins[overrides]))
+        if keys != set(own) or any(isinstance(value, Mapping) for value in own.values()):  # these would be merged
+            config = self._at_plugins[overrides].copy()
+            self._lent[overrides] = set(own), config
+        for key, value in own.items():
+            OmegaConf.update(config, key, value, merge=True)
         return config
 
     def _without_large_parts(self, composed: DictConfig) -> DictConfig:

@@ -104,6 +104,21 @@ def test_a_file_beside_it_that_it_includes(plan, tmp_path):
     )
 
 
+def test_settings_of_one_line_do_not_reach_the_next(plan):
+    """Lines with the same keys share one configuration, into which maps would be merged."""
+    sizes = [{"mass_change": 5}, {"youngs_modulus_change": 3}, {"mass_change": 2}]
+    effects = [["mass"], ["youngs_modulus"], ["mass"]]
+    lines = [
+        f"  - {{measurement.hidden: [{hidden}], measurement.sizes: [{size}]}}" for hidden, size in zip(effects, sizes)
+    ]
+    plain = [f"  - {{label: {label}, measurement.relative: {noise}}}" for label, noise in (("a", 0.1), ("b", 0.2))]
+    ended = plan((HEAD + "grid:\n" + "\n".join([*lines, *plain]) + "\n").encode())
+    assert ended.code == 0, ended.err
+    of_cells = [cell["settings"]["measurement"] for cell in ended.cells()]
+    assert [cell["sizes"] for cell in of_cells] == [*sizes, {}, {}]
+    assert [cell["relative"] for cell in of_cells[3:]] == [0.1, 0.2]
+
+
 def test_help_on_such_a_file(enter, plan):
     plan((HEAD + "name: mine\nname: other\n").encode())
     ended = enter("help", "mine", "--config-dir", "conf")
