@@ -2,8 +2,8 @@
 
 A search takes such numbers as stated, which makes its result wrong by many times the error of the noise; from there the maximum of the
 joint likelihood (`ksmea/likelihood/likelihood.py`) is a few steps away. If the data determine a number far more sharply than its
-tolerance, as sharp resonances do Young's modulus, the likelihood has other maxima on the way. Fits then also start along the
-direction of these numbers that the data determine best.
+tolerance, as sharp resonances do Young's modulus, the likelihood has other maxima on the way. Unless the first one fits data of known
+noise as well as the right model would, fits then also start along the direction of these numbers that the data determine best.
 """
 
 from __future__ import annotations
@@ -38,13 +38,24 @@ def joint_maxima(likelihood: Likelihood, starts: Sequence[Array]) -> list[Point]
     """
     first = maximise(likelihood, likelihood.start(starts[0]), max_iterations=FIRST_ITERATIONS, tolerance=1e-2)
     further = [likelihood.start(u) for u in starts[1:]]
-    further += [_beside(likelihood, u) for u in _along_sharpest(likelihood, starts[0], first)]
+    if sharpest := _along_sharpest(likelihood, starts[0], first):
+        first = maximise(likelihood, first)
+        further += [] if _is_as_good_as_right(likelihood, first) else [_beside(likelihood, u) for u in sharpest]
     if not further:
         return [with_best_noise(likelihood, maximise(likelihood, first))]
     found = best_maxima(
         likelihood, [first.theta, *further], first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS, reach=REACH
     )
     return [with_best_noise(likelihood, maximise(likelihood, point)) for point in found[:1]] + found[1:]
+
+
+def _is_as_good_as_right(likelihood: Likelihood, point: Point) -> bool:
+    """Whether data of known noise lie as near a maximum as near the right model: then no other maximum is much higher.
+
+    The deviance of the right model is that of n squares of normal residuals, n ± √(2n).
+    """
+    n = likelihood.n_residual
+    return not likelihood.noise_is_estimated and point.deviance <= n + np.sqrt(2 * n)
 
 
 def _beside(likelihood: Likelihood, u: Array) -> Array:
