@@ -27,6 +27,7 @@ from ksmea.problem.problem import joint_values
 from ksmea.studies.inputs import input_records, origins_of
 from ksmea.testing.jeffcott import Jeffcott, JeffcottRotor
 from measurements.synthetic import Synthetic
+from problems.rotor_file import RotorFile
 from tolerant_pump import UNCERTAIN, measured, pump, true_values
 
 TRUTH = np.array(list(JeffcottRotor().reference().values()))
@@ -155,6 +156,23 @@ def test_the_joint_fit_mends_what_wrong_numbers_do(tmp_path):
     assert records["steel_youngs_modulus"].is_seen and not any(each.is_contradicted for each in records.values())
     origins = origins_of(fit, range(4))
     assert all(0 < origin.of_inputs < 1 and sum(share for _, share in origin.shares) <= 1 for origin in origins)
+
+
+@pytest.mark.parametrize(("off", "first_is_best"), [(1.0, True), (-0.5, False)])
+def test_a_joint_fit_starts_again_where_its_first_maximum_misses_the_data(off, first_is_best):
+    """Sharp resonances with Young's modulus off by so many standard deviations: n squares of the noise remain, n ± √(2n)."""
+    settings = RotorFile("docs/examples/rotor.yaml", tolerances="typical")
+    problem, x = settings.build(), true_values(settings, steel_youngs_modulus=off)
+    data = measured(settings, x, np.random.default_rng(4))
+    nominal = maximise(likelihood_of(Case.of(problem, data)), problem.parameters.to_cube(x[: len(problem.parameters)]))
+    stated = joint_values(problem, problem.joint, problem.parameters.to_si(nominal.theta))
+    start = problem.joint.parameters.to_cube(stated)
+    first, whole = (likelihood_of(Case.of(problem.joint, data)) for _ in range(2))
+    alone, [best, *_] = maximise(first, first.start(start)), joint_maxima(whole, [start])
+    n = whole.n_residual
+    assert abs(best.deviance - n) < 3 * np.sqrt(2 * n) and best.deviance < alone.deviance + 1e-3
+    assert (alone.deviance < n + 3 * np.sqrt(2 * n)) == first_is_best
+    assert (whole.model.jacobians < 2 * first.model.jacobians) == first_is_best
 
 
 def test_a_number_that_is_wrong_by_far_is_contradicted(tmp_path):

@@ -210,8 +210,10 @@ def _slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
 
 
 def _new_slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
-    step = LINEAR_STEP if problem.linear[unknown] else MATRIX_STEP
-    below, above = ends(problem, x, unknown, step)
+    is_linear = problem.linear[unknown]
+    below, above = ends(problem, x, unknown, LINEAR_STEP if is_linear else MATRIX_STEP)
+    if is_linear and above[unknown] > x[unknown]:
+        below = x  # whose rotor is there already
     rotors = problem.rotor_with(below), problem.rotor_with(above)
     return MatrixSlope.between(*rotors, float(above[unknown] - below[unknown]))
 
