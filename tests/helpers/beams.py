@@ -6,6 +6,7 @@ from problems.rotor.finite_elements.assembly import assemble_free, node_dof
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.segments import Material, ShaftSegment
 from problems.rotor.finite_elements.shaft import shear_coefficient
+from problems.rotor.free_motion.modes import frequency_curves
 
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)
 
@@ -19,6 +20,11 @@ def pinned(rotor):
     matrices, last = assemble_free(rotor), len(rotor.node_positions) - 1
     keep = np.setdiff1d(np.arange(len(matrices.mass)), [*node_dof(0)[:2], *node_dof(last)[:2]])
     return matrices.on(np.eye(len(matrices.mass))[:, keep])
+
+
+def natural_frequencies(matrices, speed):
+    """Damped frequencies at a spin speed, (n_dof,) rad/s, rising."""
+    return frequency_curves(matrices)(np.array([speed]))[0]
 
 
 def euler_load(beam):

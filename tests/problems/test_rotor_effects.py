@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from beams import euler_load, frequencies_of_a_pinned_beam, pinned, uniform
+from beams import euler_load, frequencies_of_a_pinned_beam, natural_frequencies, pinned, uniform
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.plugins import registry
@@ -15,7 +15,7 @@ from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Hub, Rotor, UnbalancePlane
 from problems.rotor.finite_elements.segments import Disk, MassChange
 from problems.rotor.finite_elements.shaft import shear_coefficient
-from problems.rotor.free_motion.modes import natural_frequencies, natural_modes
+from problems.rotor.free_motion.modes import natural_modes
 from problems.rotor.free_motion.static_load import buckling_load
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Unknown

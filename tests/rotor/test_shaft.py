@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from beams import natural_frequencies, pinned
 from problems.rotor.finite_elements import shaft
 from problems.rotor.finite_elements.assembly import assemble_free, displacement_row, node_dof
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import elements, locate
 from problems.rotor.finite_elements.segments import Material, ShaftSegment
-from problems.rotor.free_motion.modes import natural_frequencies
 
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)
 ROUNDING = 1e-9  # of results: rounding of stiffnesses that differ by several orders of magnitude
@@ -27,12 +27,6 @@ def without(matrices, dof):
     """The matrices of a rotor some of whose degrees of freedom are held."""
     keep = np.setdiff1d(np.arange(len(matrices.mass)), dof)
     return matrices.on(np.eye(len(matrices.mass))[:, keep])
-
-
-def pinned(rotor):
-    matrices = assemble_free(rotor)
-    last = len(rotor.node_positions) - 1
-    return without(matrices, [*node_dof(0)[:2], *node_dof(last)[:2]])
 
 
 def test_shear_coefficient_of_known_sections():

@@ -69,11 +69,6 @@ def has_mass(matrices: Matrices) -> bool:
     return bool(np.all(np.diag(matrices.mass) > 0))
 
 
-def natural_frequencies(matrices: Matrices, speed: float) -> Array:
-    """Damped frequencies at a spin speed, (n_dof,) rad/s, rising."""
-    return frequency_curves(matrices)(np.array([speed]))[0]
-
-
 def frequency_curves(matrices: Matrices) -> Callable[[Array], Array]:
     """Damped frequencies (n_speed, n_dof) as a function of spin speeds (n_speed,), rad/s.
 
