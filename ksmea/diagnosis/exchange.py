@@ -28,7 +28,7 @@ from ksmea.fits.fitting import (
 from ksmea.fits.linear_start import solved_start
 from ksmea.fits.path_fits import projected_starts
 from ksmea.fits.search import Effort, Search
-from ksmea.fits.stable_fits import stable_fit
+from ksmea.fits.stable_fits import better_stable
 
 MAX_EXCHANGES = 3
 EXCHANGED = 6  # effects whose unknowns the fits of all others start from
@@ -68,11 +68,10 @@ def exchanged_once(
             return trial
         fit, without = finished(trial.fit, ceiling), baseline.best
         with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
-            other = stable_fit(
-                fit_from(fit, starts, baseline, search.effort, below=ceiling), start_nearby(fit.problem, without)
-            )
+            other = fit_from(fit, starts, baseline, search.effort, below=ceiling)
             further = _by_projection(fit, without, search.effort) if is_first and trial in leads and not jumps else []
-            fit = min(fit, other, *further, key=lambda each: each.deviance)
+            fit = better_stable(fit, other, start_nearby(fit.problem, without))
+            fit = min([fit, *further], key=lambda each: each.deviance)
         return trial_of(trial.candidate, fit, without, len(trials))
 
     return ranked(shared(again, trials, search.workers))
@@ -84,7 +83,8 @@ def lifted(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> l
     Unbalance and the trial's own effect have vectors.
 
     Bows, runouts and forces that turn with the shaft enter linearly. Between a fit without them and the best one lie others
-    that no search by magnitudes and angles leaves: a scan finds the best fit of one, and a worse one of its rival.
+    that no search by magnitudes and angles leaves: a scan finds the best fit of one, and a worse one of its rival. Each is
+    fitted to its end: stopped far above the best one, true effects stayed there.
     """
     lead, d = min((trial.fit for trial in trials), key=lambda fit: fit.deviance), len(baseline.best.u)
 
@@ -96,8 +96,7 @@ def lifted(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> l
         with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
             if (solved := solved_start(case, start, d, lead.noise)) is not start:
                 other = fit_from_points(case, solved[None], search.effort, np.inf, fit.deviance - BETTER)
-                other = stable_fit(other, start_nearby(fit.problem, baseline.best))
-                fit = min(fit, other, key=lambda each: each.deviance)
+                fit = better_stable(fit, other, start_nearby(fit.problem, baseline.best))
         return trial_of(trial.candidate, fit, baseline.best, len(trials))
 
     return ranked(shared(again, trials, search.workers))

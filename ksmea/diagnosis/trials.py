@@ -35,7 +35,7 @@ from ksmea.fits.fitting import (
 )
 from ksmea.fits.path_fits import fit_along
 from ksmea.fits.search import Effort, Search
-from ksmea.fits.stable_fits import stable_fit
+from ksmea.fits.stable_fits import better_stable, stable_fit
 from ksmea.location.force_start import can_recover, starts_from_force
 from ksmea.numerics.parallel import Workers
 from ksmea.plugins.effect import AnyEffect
@@ -271,7 +271,7 @@ def searched(
             fit = fit_from_scan(fit, baseline, effort, ceiling)
         elif starts:
             fit = fit_from(fit, starts, baseline, effort, ceiling)
-        fit = stable_fit(fit, start_nearby(case.problem, baseline.best), min(ceiling, trial.fit.deviance))
+        fit = better_stable(trial.fit, fit, start_nearby(case.problem, baseline.best), min(ceiling, trial.fit.deviance))
     best = min(fit, trial.fit, key=lambda each: each.deviance)
     return trial_of(trial.candidate, best, baseline.best, n_candidate)
 

@@ -52,6 +52,13 @@ def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
     return Fit(bounded, min(found, key=lambda point: point.deviance))
 
 
+def better_stable(fit: Fit, other: Fit, start: Array, below: float = np.inf) -> Fit:
+    """The better one of a fit and another one, which is stable (`stable_fit`) if it is the better one."""
+    if other.deviance >= fit.deviance:
+        return fit
+    return min(fit, stable_fit(other, start, below), key=lambda each: each.deviance)
+
+
 def settled_stable(fit: Fit, level: float, workers: Workers = ALONE) -> tuple[Fit, Estimate]:
     """Settle a stable fit (`ksmea.fits.fitting.settled`).
 
