@@ -128,8 +128,8 @@ def assemble_free(rotor: Rotor) -> Matrices:
 
     They are kept, and not to be written to.
     """
-    parts = _Parts(range(len(rotor.segments)), (*rotor.disks, *rotor.masses))
-    found = _assembled(rotor, parts, range(len(rotor.node_positions)))
+    seated = [_seated(rotor, disk) for disk in (*rotor.disks, *rotor.masses)]
+    found = _assembled(rotor, range(len(rotor.segments)), seated, range(len(rotor.node_positions)))
     for matrix in (found.mass, found.damping, found.gyroscopic, found.stiffness, found.circulatory, found.hysteretic):
         if matrix is not None:
             matrix.flags.writeable = False
@@ -137,11 +137,16 @@ def assemble_free(rotor: Rotor) -> Matrices:
 
 
 @dataclass(frozen=True)
-class _Parts:
-    """Some segments of a shaft, and some of its disks and lumped masses."""
+class _Seated:
+    """A disk or lumped mass, and rows (4, n) that read its motion from degrees of freedom (n,) of the shaft."""
 
-    segments: Sequence[int]
-    disks: Sequence[Disk]
+    disk: Disk
+    dof: Indices
+    rows: Array
+
+
+def _seated(rotor: Rotor, disk: Disk) -> _Seated:
+    return _Seated(disk, *disk_rows(rotor, disk))
 
 
 def assemble_differing(first: Rotor, second: Rotor) -> tuple[Indices, Matrices, Matrices]:
@@ -155,23 +160,15 @@ def assemble_differing(first: Rotor, second: Rotor) -> tuple[Indices, Matrices, 
     else:
         pairs = zip(first.segments, second.segments, strict=True)
         segments = [index for index, pair in enumerate(pairs) if _differ(*pair)]
-    disks = [
-        pair
-        for pair in zip((*first.disks, *first.masses), (*second.disks, *second.masses), strict=True)
-        if _differ(*pair)
-        or (segments and any(disk.offset for disk in pair))  # off its node, it moves as the shaft does
+    pairs_of_disks = zip((*first.disks, *first.masses), (*second.disks, *second.masses), strict=True)
+    differing = [  # off its node, a disk moves as the shaft does
+        pair for pair in pairs_of_disks if _differ(*pair) or (segments and any(disk.offset for disk in pair))
     ]
-    nodes = _nodes_of(first, segments) | {
-        int(dof) // DOF_PER_NODE
-        for rotor, side in zip((first, second), zip(*disks))
-        for disk in side
-        for dof in disk_rows(rotor, disk)[0]
-    }
-    window = range(min(nodes), max(nodes) + 1) if nodes else range(0)
-    one, other = (
-        _assembled(rotor, _Parts(segments, [pair[side] for pair in disks]), window)
-        for side, rotor in enumerate((first, second))
-    )
+    seated = [[_seated(rotor, pair[side]) for pair in differing] for side, rotor in enumerate((first, second))]
+    touched = [int(dof) // DOF_PER_NODE for each in itertools.chain(*seated) for dof in (each.dof[0], each.dof[-1])]
+    touched += [node for element in _elements_of(first, segments) for node in (element, element + 1)]
+    window = range(min(touched), max(touched) + 1) if touched else range(0)
+    one, other = (_assembled(rotor, segments, own, window) for rotor, own in zip((first, second), seated))
     return DOF_PER_NODE * window.start + np.arange(DOF_PER_NODE * len(window)), one, other
 
 
@@ -180,50 +177,49 @@ def _differ(one: object, other: object) -> bool:
     return one is not other and one != other
 
 
-def _nodes_of(rotor: Rotor, segments: Sequence[int]) -> set[int]:
-    return {node for element in _elements_of(rotor, segments) for node in (element, element + 1)}
+def _assembled(rotor: Rotor, segments: Sequence[int], seated: Sequence[_Seated], window: range) -> Matrices:
+    """Matrices of some segments and disks of a rotor on the degrees of freedom of consecutive nodes.
 
-
-def _assembled(rotor: Rotor, parts: _Parts, window: range) -> Matrices:
-    """Matrices of some parts of a rotor on the degrees of freedom of consecutive nodes, which are all that move them."""
-    place = partial(_placed, rotor, parts.segments, window)
-    matrices = of_elements(rotor, shaft.element_matrices, parts.segments)
+    These are all that move them.
+    """
+    place = partial(_placed, rotor, segments, window)
+    matrices = of_elements(rotor, shaft.element_matrices, segments)
     mass = place([each.mass for each in matrices])
     gyroscopic = place([each.gyroscopic for each in matrices])
     stiffness = place([each.stiffness for each in matrices])
-    seated = [_seated(rotor, disk, window) for disk in parts.disks]
-    for disk, at, rows in seated:
-        mass[at] += rows.T @ shaft.disk_mass(disk) @ rows
-        gyroscopic[at] += rows.T @ shaft.disk_gyroscopic(disk) @ rows
+    for each in seated:
+        at = _at(each, window)
+        mass[at] += each.rows.T @ shaft.disk_mass(each.disk) @ each.rows
+        gyroscopic[at] += each.rows.T @ shaft.disk_gyroscopic(each.disk) @ each.rows
     circulatory, damping = np.zeros_like(stiffness), np.zeros_like(stiffness)
     if rotor.internal_damping:
         damping = rotor.internal_damping * stiffness
         circulatory = against_spin(damping)
     if rotor.external_damping:
-        damping = damping + rotor.external_damping * place(of_elements(rotor, shaft.drag, parts.segments))
+        damping = damping + rotor.external_damping * place(of_elements(rotor, shaft.drag, segments))
     if rotor.axial_force:
-        tension = place(of_elements(rotor, shaft.geometric_stiffness, parts.segments))
+        tension = place(of_elements(rotor, shaft.geometric_stiffness, segments))
         stiffness = stiffness + rotor.axial_force * tension
-    if any(disk.standing_damping for disk in parts.disks):
+    if any(each.disk.standing_damping for each in seated):
         damping = damping.copy()
-        for disk, at, rows in seated:
-            damping[at] += disk.standing_damping * (rows.T @ shaft.disk_mass(disk) @ rows)
+        for each in seated:
+            own = each.rows.T @ shaft.disk_mass(each.disk) @ each.rows
+            damping[_at(each, window)] += each.disk.standing_damping * own
     if not all(isinstance(segment, ShaftSegment) and _is_plain(segment) for segment in rotor.segments):
-        turning = place(of_elements(rotor, shaft.segment_internal_damping, parts.segments))
-        damping = damping + turning + place(of_elements(rotor, shaft.segment_damping, parts.segments))
+        turning = place(of_elements(rotor, shaft.segment_internal_damping, segments))
+        damping = damping + turning + place(of_elements(rotor, shaft.segment_damping, segments))
         circulatory = circulatory + against_spin(turning)
-        stiffness = stiffness + place(of_elements(rotor, shaft.segment_tension, parts.segments))
+        stiffness = stiffness + place(of_elements(rotor, shaft.segment_tension, segments))
     hysteretic = None
     if any(isinstance(segment, ShaftSegment) and segment.loss_factor for segment in rotor.segments):
-        hysteretic = place(of_elements(rotor, shaft.segment_loss, parts.segments))
+        hysteretic = place(of_elements(rotor, shaft.segment_loss, segments))
     return Matrices(mass, damping, gyroscopic, stiffness, circulatory, hysteretic)
 
 
-def _seated(rotor: Rotor, disk: Disk, window: range) -> tuple[Disk, tuple[Indices, Indices], Array]:
-    """A disk, where its matrices go among these nodes, and the rows that read its motion there."""
-    dof, rows = disk_rows(rotor, disk)
-    dof = dof - DOF_PER_NODE * window.start
-    return disk, (dof[:, None], dof[None]), rows
+def _at(each: _Seated, window: range) -> tuple[Indices, Indices]:
+    """Where the matrices of a disk go among those of these nodes."""
+    dof = each.dof - DOF_PER_NODE * window.start
+    return dof[:, None], dof[None]
 
 
 def _is_plain(segment: ShaftSegment) -> bool:

@@ -8,6 +8,8 @@ function of it. Beyond the ends of the shaft they are on a rigid extension of it
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from ksmea.arrays import Array, Indices
@@ -15,8 +17,10 @@ from ksmea.measurement.channel import DIRECTIONS
 from problems.rotor.finite_elements import shaft
 from problems.rotor.finite_elements.bearing import Bearing
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.finite_elements.mesh import DOF_PER_NODE, element_at, locate
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE, Element, element_at, locate
 from problems.rotor.finite_elements.segments import Disk
+
+MAX_KEPT = 256  # rows that parts are read by: most stay where they are while a number of another changes
 
 
 def motion_rows(rotor: Rotor, position: float) -> tuple[Indices, Array]:
@@ -26,13 +30,21 @@ def motion_rows(rotor: Rotor, position: float) -> tuple[Indices, Array]:
     """
     inside = float(np.clip(position, 0.0, rotor.length))
     index, fraction = locate(rotor, inside)
-    element = element_at(rotor, index)
+    rows = _rows_within(element_at(rotor, index), fraction)
+    if beyond := position - inside:
+        rows = rows.copy()
+        rows[0] += beyond * rows[3]  # x grows with φ_y, y with −φ_x
+        rows[1] -= beyond * rows[2]
+    return DOF_PER_NODE * index + np.arange(2 * DOF_PER_NODE), rows
+
+
+@lru_cache(maxsize=MAX_KEPT)
+def _rows_within(element: Element, fraction: float) -> Array:
+    """Rows (4, 8) within an element, which are kept, and not to be written to."""
     deflection = [shaft.displacement_row(element, fraction, direction) for direction in DIRECTIONS]
     rows = np.array([*deflection, *shaft.rotation_rows(element, fraction)])
-    beyond = position - inside
-    rows[0] += beyond * rows[3]  # x grows with φ_y, y with −φ_x
-    rows[1] -= beyond * rows[2]
-    return DOF_PER_NODE * index + np.arange(2 * DOF_PER_NODE), rows
+    rows.flags.writeable = False
+    return rows
 
 
 def bearing_rows(rotor: Rotor, bearing: Bearing) -> tuple[Indices, Array]:
