@@ -173,7 +173,10 @@ def seen_changes(
 
 
 def _differ_in_inertia_alone(one: Rotor, other: Rotor) -> bool:
-    """Whether two rotors differ in disks and lumped masses alone, which neither load the shaft nor read or hold it."""
+    """Whether two rotors differ in disks and lumped masses alone.
+
+    These neither load the shaft nor read or hold it.
+    """
     return dataclasses.replace(one, disks=other.disks, masses=other.masses) == other
 
 

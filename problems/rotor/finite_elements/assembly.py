@@ -138,7 +138,7 @@ def assemble_free(rotor: Rotor) -> Matrices:
 
 @dataclass(frozen=True)
 class _Seated:
-    """A disk or lumped mass, and rows (4, n) that read its motion from degrees of freedom (n,) of the shaft."""
+    """A disk or lumped mass, and rows (4, n) that read its motion from those (n,) of the shaft."""
 
     disk: Disk
     dof: Indices

@@ -64,7 +64,10 @@ def material_paths(rotor: Rotor) -> Iterator[tuple[tuple[Step, ...], Material]]:
 
 @lru_cache(maxsize=MAX_KEPT)
 def _changed(part: Any, changes: tuple[tuple[tuple[Step, ...], float], ...]) -> Any:
-    """A part of a rotor with changes added to its numbers, which are named by fields and indices within it."""
+    """A part of a rotor with changes added to its numbers.
+
+    They are named by fields and indices within it.
+    """
     tree: dict[Step, Any] = {}
     for path, change in changes:
         branch = tree
