@@ -20,7 +20,7 @@ import pytest
 import ksmea
 from ksmea.plugins import registry
 
-HELPERS = Path(__file__).parent / "helpers"
+SCRIPT = Path(__file__).parent / "helpers" / "run_ups_by_ross.py"
 PYTHON = os.environ.get("ROSS_PYTHON") or (sys.executable if importlib.util.find_spec("ross") else None)
 pytestmark = pytest.mark.skipif(
     PYTHON is None, reason="ROSS is not here: install the extra `peers`, or name its ROSS_PYTHON"
@@ -55,38 +55,14 @@ HIDDEN = {  # what the script hides, in the units of the unknowns; angles count 
 }
 
 
-# On machines of other kinds, by machine where their sizes differ
-MACHINES = ("pump", "turbine", "rig")
-HIDDEN_IN_MACHINES = {
-    "added_mass": {"added_mass": (0.8, 4.0, 0.06)},
-    "channel_gain": {"channel_gain": (15.0,) * 3},
-    "cross_coupling_antisymmetric": {"kxy_antisymmetric": (3.0, 4.0, 0.03)},
-    "flexible_pedestal": {"pedestal_mass": (25.0, 60.0, 1.0)},
-    "probe_position": {"probe_position_change": (40.0, 60.0, 20.0)},
-    "residual_bow": {},  # its shape decides
-    "runout": {"runout_x": tuple(size / 3 * np.cos(1.4) for size in (10.0, 12.0, 20.0))},
-    "speed_dependent_stiffness": {"stiffness_slope": (30.0,) * 3},
-    "unbalance": {"unbalance_x": tuple(size * np.cos(1.5) for size in (50.0, 400.0, 10.0))},
-    "unequal_bearings": {},  # 1 against 2, or 2 against 1
-}
-
-
-def made_by(script, folder):
+@pytest.fixture(scope="module")
+def run_ups(tmp_path_factory):
     """The folder with a file for each cause."""
-    words = [str(PYTHON), str(HELPERS / script), str(folder)]
+    folder = tmp_path_factory.mktemp("run_ups")
+    words = [str(PYTHON), str(SCRIPT), str(folder)]
     made = subprocess.run(words, check=False, capture_output=True, text=True, timeout=900)
     assert made.returncode == 0, made.stderr[-2000:]
     return folder
-
-
-@pytest.fixture(scope="module")
-def run_ups(tmp_path_factory):
-    return made_by("run_ups_by_ross.py", tmp_path_factory.mktemp("run_ups"))
-
-
-@pytest.fixture(scope="module")
-def machines(tmp_path_factory):
-    return made_by("machines_by_ross.py", tmp_path_factory.mktemp("machines"))
 
 
 def diagnosed(folder, name):
