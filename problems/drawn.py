@@ -67,7 +67,6 @@ N_ELEMENT = 16  # two at least between neighbouring things, mostly three
 CROSS_LIMITS = 0.35, 0.6
 
 BAND_FROM, BAND_TO = (0.3, 0.8), (0.9, 3.0)  # ends of the speeds in parts of the first critical speed
-LOW_RANGE = 0.2  # of the highest speed, which holds the first critical speed of most draws
 N_SPEED = 12, 30  # evenly; the paper has 53, which cost a surrogate of the response more and tell little more here
 PROBES = {1: ((0.1, 0.9),), 2: ((0.1, 0.45), (0.55, 0.9))}  # where they look in parts of the shaft, evenly
 
@@ -255,7 +254,7 @@ def _any_draw(family: Family, parts: tuple[str, ...], rng: np.random.Generator) 
 
 def _with_band(instance: Instance, family: Family, rng: np.random.Generator) -> Instance | None:
     """The instance with its speeds about the first critical one; None if it has none."""
-    criticals = _lowest_critical_speeds(instance, family.machine.fastest)
+    criticals = instance.problem.critical_speeds(instance.x, family.machine.fastest)
     first, last, n_speed = (
         log_uniform(BAND_FROM, rng),
         log_uniform(BAND_TO, rng),
@@ -265,15 +264,6 @@ def _with_band(instance: Instance, family: Family, rng: np.random.Generator) -> 
         return None
     speed = np.linspace(rounded(first * criticals[0]), rounded(last * criticals[0]), n_speed)
     return replace(instance, problem=replace(instance.problem, speed=speed))
-
-
-def _lowest_critical_speeds(instance: Instance, highest: float) -> Array:
-    """Critical speeds (rad/s) from the lowest, some of those up to `highest`; none if there are none.
-
-    All of them would cost five times as much.
-    """
-    low = instance.problem.critical_speeds(instance.x, LOW_RANGE * highest)
-    return low if len(low) else instance.problem.critical_speeds(instance.x, highest)
 
 
 def _true_values(machine: Machine, rng: np.random.Generator) -> dict[str, float]:
