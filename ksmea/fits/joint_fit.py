@@ -52,7 +52,7 @@ def joint_maxima(likelihood: Likelihood, starts: Sequence[Array]) -> list[Point]
 def _is_as_good_as_right(likelihood: Likelihood, point: Point) -> bool:
     """Whether data of known noise lie as near a maximum as near the right model.
 
-    Then no other maximum is much higher: the deviance of the right model is that of n squares of normal residuals, n ± √(2n).
+    Then no other maximum is much higher. The deviance of the right model is a sum of n squares of normal residuals, n ± √(2n).
     """
     n = likelihood.n_residual
     return not likelihood.noise_is_estimated and point.deviance <= n + np.sqrt(2 * n)

@@ -138,7 +138,7 @@ def assemble_free(rotor: Rotor) -> Matrices:
 
 @dataclass(frozen=True)
 class _Seated:
-    """A disk or lumped mass, and rows (4, n) that read its motion from those (n,) of the shaft."""
+    """A disk or lumped mass, degrees of freedom (n,) that move it, and rows (4, n) that read it."""
 
     disk: Disk
     dof: Indices
@@ -217,7 +217,7 @@ def _assembled(rotor: Rotor, segments: Sequence[int], seated: Sequence[_Seated],
 
 
 def _at(each: _Seated, window: range) -> tuple[Indices, Indices]:
-    """Where the matrices of a disk go among those of these nodes."""
+    """Rows and columns of a disk in matrices of these nodes."""
     dof = each.dof - DOF_PER_NODE * window.start
     return dof[:, None], dof[None]
 
