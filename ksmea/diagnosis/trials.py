@@ -268,7 +268,9 @@ def searched(
         elif effort.is_scanned and trial.candidate.effect.adds_readings and not case.measurement.is_amplitude:
             fit = fit_by_elimination(fit, baseline, effort, ceiling)
         elif effort.is_scanned and not shows_force and trial.candidate.effect.is_scanned:
-            fit = fit_from_scan(fit, baseline, effort, ceiling)
+            fit = fit_from_scan(
+                fit, baseline, effort, ceiling, trial.candidate.effect.scan_further(without.problem.machine)
+            )
         elif starts:
             fit = fit_from(fit, starts, baseline, effort, ceiling)
         fit = better_stable(trial.fit, fit, start_nearby(case.problem, baseline.best), min(ceiling, trial.fit.deviance))

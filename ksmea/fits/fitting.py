@@ -245,18 +245,23 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
     return np.concatenate([baseline.u, without_effects(problem, d), baseline.point.theta[d:]])
 
 
-def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
+def fit_from_scan(
+    fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf, further: Array | None = None
+) -> Fit:
     """The better of a fit and further ones of its problem.
 
-    They start from the best points of screenings at values of the effects all over their limits that come nearer to the
-    data than the fit, and from other maxima of the baseline model. They are left after the first iterations if all have
-    a deviance above `ceiling`.
+    They start from the best points of screenings at values of the effects all over their limits, and at `further` ones (m, e)
+    SI, that come nearer to the data than the fit, and from other maxima of the baseline model. They are left after the first
+    iterations if all have a deviance above `ceiling`.
     """
-    likelihood = fit.likelihood
-    zero = without_effects(fit.problem, baseline.best.likelihood.d)
+    likelihood, d = fit.likelihood, baseline.best.likelihood.d
+    zero = without_effects(fit.problem, d)
+    values = scan_values(zero, effort.scan_values)
+    if further is not None:
+        values = np.vstack([values, fit.problem.parameters.to_cube(np.insert(further, [0] * d, 0.0, axis=1))[:, d:]])
     starts = [np.concatenate([other.u, zero]) for other in baseline.others]
     points = baseline.screened.thinned(effort.scan)
-    found = scanned(fit.case, points, zero, effort.scan_values, effort.scan_clouds)
+    found = scanned(fit.case, points, values, effort.scan_clouds)
     [misfit] = screened(fit.case, fit.u[None]).misfits
     starts += list(found.below(misfit).apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
     if not starts:

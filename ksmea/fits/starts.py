@@ -67,13 +67,13 @@ def _ranked_by(ways: Sequence[Way], case: Case, points: Array) -> list[Screened]
     return [ranked(*(np.concatenate(each) for each in zip(*of_way))) for of_way in zip(*parts)]
 
 
-def scanned(case: Case, points: Array, zero: Array, n_value: int, n_cloud: int) -> Screened:
+def scanned(case: Case, points: Array, values: Array, n_cloud: int) -> Screened:
     """The best points of an extended problem.
 
-    Screenings of the baseline model's points (n, d) at values of the effects' unknowns all over their limits, and
-    clouds around the best `n_cloud` of them. `zero` (e,) is the point without an effect.
+    Screenings of the baseline model's points (n, d) at values (m, e) of the effects' unknowns, and clouds around the best
+    `n_cloud` of them.
     """
-    return refined_by_clouds(case, screened_at(case, points, scan_values(zero, n_value)), n_cloud)
+    return refined_by_clouds(case, screened_at(case, points, values), n_cloud)
 
 
 def screened_at(case: Case, points: Array, values: Array) -> Screened:

@@ -158,6 +158,19 @@ class Effect(Settings, Generic[Seen]):
         """
         return np.empty((0, 0))
 
+    def scan_further(self, problem: Seen) -> Array:
+        """Values of its unknowns that a scan takes beside those all over their limits.
+
+        For narrow parts of the limits in which it acts strongly, such as resonances of its own. Default: none.
+
+        Args:
+            problem: problem that it may be added to.
+
+        Returns:
+            Values (n, e), SI, within the limits.
+        """
+        return np.empty((0, len(self.parameters(problem))))
+
     @abstractmethod
     def parameters(self, problem: Seen) -> tuple[Parameter, ...]:
         """Its unknowns with physical limits.

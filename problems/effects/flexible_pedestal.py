@@ -15,7 +15,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ksmea.arrays import Array
+from ksmea.numerics.screening import sobol
 from ksmea.settings.settings import setting
 from ksmea.units import MILLIMETRE
 from problems.rotor.extension.effect import ALL_BEARINGS, RotorEffect, rotor_mass
@@ -25,8 +28,11 @@ from problems.rotor.free_motion.static_load import GRAVITY
 from problems.rotor.response.problem import RotorProblem
 
 SAG = 0.2 * MILLIMETRE
-HEAVIEST = 0.5  # of the rotor
+HEAVIEST = 5.0  # of the rotor: a casing outweighs its rotor several times
 LOSSIEST = 0.3  # η: bolted steel structures have 0.01 to 0.05, concrete on soil 0.1
+# Of resonant pedestals from which fits start: how many, the lightest, in parts of the rotor, the highest resonance, in highest
+# speeds, the lowest loss factor, and the largest ratio of the compliance in x or y to their mean
+N_RESONANT, LIGHTEST, ABOVE, LEAST_LOSS, UNEQUAL = 128, 0.02, 2.0, 0.003, 1.5
 NOTICED_COMPLIANCE = (0.01, 0.1)  # of the softest, in each direction, are drawn
 NOTICED_LOSS = (0.01, 0.05)  # are drawn
 NOTICED_MASS = (0.06, 0.3)  # of the rotor, are drawn
@@ -57,6 +63,21 @@ class FlexiblePedestal(RotorEffect):
     @property
     def sizes(self) -> Sequence[Size]:
         return SIZES if self.loss_factor is None else SIZES[:-1]
+
+    def scan_further(self, problem: RotorProblem) -> Array:
+        """Pedestals of all masses that resonate within the measured speeds, or not far above."""
+        upper = np.array([item.upper for item in self.parameters(problem)])
+        lowest, highest = np.min(problem.speed), ABOVE * np.max(problem.speed)
+        drawn = sobol(N_RESONANT, 4) + 0.5 / N_RESONANT
+        speed = lowest * (highest / lowest) ** drawn[:, 0]
+        lightest = np.clip(
+            1 / (upper[0] * speed**2), LIGHTEST * rotor_mass(problem), upper[2]
+        )  # not beyond the softest
+        mass = lightest * (upper[2] / lightest) ** drawn[:, 1]
+        compliance, ratio = 1 / (mass * speed**2), UNEQUAL ** (2 * drawn[:, 2] - 1)
+        loss = LEAST_LOSS * (LOSSIEST / LEAST_LOSS) ** drawn[:, 3]
+        values = np.stack([compliance * ratio, compliance / ratio, mass, loss], axis=1)
+        return np.minimum(values[:, : len(upper)], upper)
 
     def support(self, theta: Array) -> Support:
         loss_factor = theta[:, 3] if self.loss_factor is None else self.loss_factor

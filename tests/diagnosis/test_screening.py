@@ -48,7 +48,7 @@ def test_clouds_close_in_on_a_maximum_that_the_scan_only_came_near(rotor, hide):
     extended = place.added_to(rotor)
     zero = np.zeros(4)
     grid = np.random.default_rng(0).uniform(size=(200, len(rotor.parameters)))
-    found = scanned(Case(extended, measurement), grid, zero, 16, 48)
+    found = scanned(Case(extended, measurement), grid, scan_values(zero, 16), 48)
     best_of_scan = min(
         screened(Case(extended, measurement), np.hstack([grid, np.tile(value, (200, 1))])).misfits[0]
         for value in scan_values(zero, 16)

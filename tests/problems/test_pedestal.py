@@ -64,3 +64,16 @@ def test_the_softest_pedestal_is_that_of_physics_and_not_of_search_limits():
         assert len(effect("flexible_pedestal", loss_factor=0.02).parameters(problem)) == 3
     weight = 9.80665 * problem.rotor.mass
     assert limits == [pytest.approx(0.2e-3 * 2 / weight)] * 2
+
+
+def test_a_scan_takes_pedestals_that_resonate_within_the_speeds_or_up_to_twice_the_highest():
+    problem = problem_of(rigid_rotor(), np.array([100.0, 300.0]))
+    pedestal = effect("flexible_pedestal")
+    values, items = pedestal.scan_further(problem), pedestal.parameters(problem)
+    assert np.all((values > 0) & (values <= [item.upper for item in items]))
+    assert np.ptp(values[:, 2]) > 4 * problem.rotor.mass
+    inside = np.max(values[:, :2], axis=1) < items[0].upper  # softer ones are brought to the limit
+    resonance = (values[:, 0] * values[:, 1]) ** -0.25 / np.sqrt(values[:, 2])
+    assert np.all((resonance[inside] > 99) & (resonance[inside] < 601))
+    assert np.sum(inside) > len(values) / 2
+    assert effect("flexible_pedestal", loss_factor=0.02).scan_further(problem).shape == (len(values), 3)
