@@ -254,7 +254,7 @@ def searched(
     needs that, and else, or where the effort leaves these out, from the unknowns of other fits. Searches that lead to
     deviances above `ceiling` are left early.
     """
-    case, fit, without = trial.fit.case, trial.fit, baseline.best.case
+    case, fit, best, without = trial.fit.case, trial.fit, trial.fit, baseline.best.case
     path, force = trial.candidate.effect.path(without.problem.machine), trial.candidate.effect.force_at()
     shows_force = force is not None and can_recover(without, force[0])
     with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
@@ -273,8 +273,7 @@ def searched(
             )
         elif starts:
             fit = fit_from(fit, starts, baseline, effort, ceiling)
-        fit = better_stable(trial.fit, fit, start_nearby(case.problem, baseline.best), min(ceiling, trial.fit.deviance))
-    best = min(fit, trial.fit, key=lambda each: each.deviance)
+        best = better_stable(best, fit, start_nearby(case.problem, baseline.best), min(ceiling, best.deviance))
     return trial_of(trial.candidate, best, baseline.best, n_candidate)
 
 

@@ -10,7 +10,6 @@ unbalance forces are those of ROSS (Timbó et al., J. Open Source Softw. 5 (2020
 Re(q e^{iΩt}), m 0-peak.
 """
 
-import csv
 import sys
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,12 +17,10 @@ from pathlib import Path
 
 import numpy as np
 import ross as rs
+from by_ross import bending_forces, motion, write
 
 YOUNG, POISSON, DENSITY = 206e9, 0.29, 7850.0
-NOISE, FLOOR = 0.05, 5e-8  # of each reading, m
-ORIGIN = 0.6  # rad, of all phases
-FORWARD = np.array([1, -1j])  # a vector that turns with the shaft, in x and y
-DOF = 6  # of ROSS at a node: x, y, z, and rotations about these
+FLOOR = 5e-8  # m
 N_ELEMENT = 36  # at least
 
 
@@ -160,10 +157,9 @@ def response(machine, rotor, forces=0.0, probes=None):
     places = nodes(machine)
     position, magnitude = machine.unbalance
     force = forces + rotor._unbalance_force(at(places, position), magnitude, 0.0, machine.speed)
-    dof = np.array([[DOF * at(places, probe) + axis for axis in (0, 1)] for probe in probes or machine.probes])
-    motion = np.array([(rotor.transfer_matrix(speed) @ force[:, i])[dof] for i, speed in enumerate(machine.speed)])
+    seen = motion(rotor, force, [at(places, probe) for probe in probes or machine.probes], machine.speed)
     cosines = np.array([[np.cos(np.radians(angle)), np.sin(np.radians(angle))] for angle in machine.angles])
-    return motion @ cosines.T
+    return seen @ cosines.T
 
 
 def bent(machine, rotor, size):
@@ -176,14 +172,9 @@ def bent(machine, rotor, size):
     part = np.clip((places - left) / (right - left), 0.0, 1.0)
     slope = np.pi / (right - left) * np.cos(np.pi * part)
     shape = np.sin(np.pi * part) + slope * (places - left - part * (right - left))
-    whole = np.zeros((len(places), DOF), dtype=complex)
-    whole[:, :2] = shape[:, None] * FORWARD
-    whole[:, 3:5] = slope[:, None] * np.array([1j, 1])  # rotation about x is −dy/dz
     nothing = dict.fromkeys(machine.coefficients[0], 0.0)
     free = rotor_of(machine, (nothing, nothing)).K(0)
-    force = np.zeros(rotor.ndof, dtype=complex)
-    force[: free.shape[0]] = free @ (size * whole.ravel())
-    return np.tile(force[:, None], (1, len(machine.speed)))
+    return bending_forces(free, shape, slope, size, rotor.ndof, len(machine.speed))
 
 
 def readings(machine):
@@ -267,22 +258,10 @@ def name_of(angle):
     return {0.0: "x", 90.0: "y"}.get(angle, f"{angle:g}")
 
 
-def write(path, machine, values, rng):
-    noise = rng.standard_normal((*values.shape, 2)) @ [1, 1j] / np.sqrt(2)
-    seen = (values + np.sqrt((NOISE * np.abs(values)) ** 2 + FLOOR**2) * noise) * np.exp(1j * ORIGIN)
-    with path.open("w", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(["speed_rpm", "position_m", "direction", "amplitude_um_0pk", "phase_lead_deg"])
-        for speed, at_speed in zip(machine.speed, seen):
-            for probe, pair in zip(machine.probes, at_speed):
-                for angle, value in zip(machine.angles, pair):
-                    rest = [1e6 * abs(value), np.degrees(np.angle(value))]
-                    table.writerow([30 / np.pi * speed, probe, name_of(angle), *rest])
-
-
 if __name__ == "__main__":
     folder = Path(sys.argv[1])
     for number, (name, machine) in enumerate(MACHINES.items()):
         (folder / f"{name}.yaml").write_text(rotor_file(machine))
         for seed, (cause, values) in enumerate(readings(machine).items()):
-            write(folder / f"{name}_{cause}.csv", machine, values, np.random.default_rng([number, seed]))
+            path, names = folder / f"{name}_{cause}.csv", [name_of(angle) for angle in machine.angles]
+            write(path, machine.speed, machine.probes, names, values, FLOOR, np.random.default_rng([number, seed]))

@@ -9,13 +9,13 @@ Guo & Gao (2013), doi 10.1016/j.jsv.2012.12.025, elements, matrices and unbalanc
 Source Softw. 5 (2020) 2120, doi 10.21105/joss.02120). Real quantities are Re(q e^{iΩt}), m 0-peak, in both.
 """
 
-import csv
 import sys
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import ross as rs
+from by_ross import FORWARD, bending_forces, motion, write
 
 SPEED = np.linspace(200.0, 1500.0, 53)  # rad/s
 # every 50 mm, and the edges of the second disk's hub
@@ -25,10 +25,7 @@ DISKS = ((0.2, 0.24, 0.05), (0.5, 0.4, 0.05), (1.0, 0.4, 0.06))  # position, dia
 BEARING = {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0}  # N/m, N s/m
 YOUNG, SHEAR, DENSITY, DIAMETER = 200e9, 200e9 / 2.6, 7800.0, 0.1
 UNBALANCE = 2e-4  # kg m, on the second disk
-NOISE, FLOOR = 0.05, 1e-7  # of each reading, m
-ORIGIN = 0.6  # rad, of all phases
-FORWARD = np.array([1, -1j])  # a vector that turns with the shaft, in x and y
-DOF = 6  # of ROSS at a node: x, y, z, and rotations about these
+FLOOR = 1e-7  # m
 
 
 def node(position):
@@ -74,23 +71,14 @@ def response(rotor, forces=0.0):
     The forces are (n_dof, n_speed), N.
     """
     force = forces + rotor._unbalance_force(node(0.5), UNBALANCE, 0.0, SPEED)
-    dof = np.array([[DOF * node(probe) + axis for axis in (0, 1)] for probe in PROBES])
-    return np.array([(rotor.transfer_matrix(speed) @ force[:, i])[dof] for i, speed in enumerate(SPEED)])
+    return motion(rotor, force, [node(probe) for probe in PROBES], SPEED)
 
 
 def bow(size):
-    """Readings of a rotor that is bent as half a sine, `size` (complex) m in its middle.
-
-    Its own stiffness times the bow.
-    """
-    free = machine(bearings=(dict.fromkeys(BEARING, 0.0),) * 2)
-    bent = np.zeros((len(NODES), DOF), dtype=complex)
-    argument = np.pi * NODES / NODES[-1]
+    """Readings of a rotor that is bent as half a sine, `size` (complex) m in its middle."""
+    free, argument = machine(bearings=(dict.fromkeys(BEARING, 0.0),) * 2), np.pi * NODES / NODES[-1]
     slope = np.pi / NODES[-1] * np.cos(argument)
-    bent[:, :2] = np.sin(argument)[:, None] * FORWARD
-    bent[:, 3:5] = slope[:, None] * np.array([1j, 1])  # rotation about x is −dy/dz
-    force = free.K(0) @ (size * bent.ravel())
-    return response(machine(), np.tile(force[:, None], (1, len(SPEED))))
+    return response(machine(), bending_forces(free.K(0), np.sin(argument), slope, size, free.ndof, len(SPEED)))
 
 
 def readings():
@@ -138,20 +126,7 @@ def readings():
     }
 
 
-def write(path, values, rng):
-    noise = rng.standard_normal((*values.shape, 2)) @ [1, 1j] / np.sqrt(2)
-    seen = (values + np.sqrt((NOISE * np.abs(values)) ** 2 + FLOOR**2) * noise) * np.exp(1j * ORIGIN)
-    with path.open("w", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(["speed_rpm", "position_m", "direction", "amplitude_um_0pk", "phase_lead_deg"])
-        for speed, at_speed in zip(SPEED, seen):
-            for probe, pair in zip(PROBES, at_speed):
-                for direction, value in zip("xy", pair):
-                    table.writerow(
-                        [30 / np.pi * speed, probe, direction, 1e6 * abs(value), np.degrees(np.angle(value))]
-                    )
-
-
 if __name__ == "__main__":
     for seed, (name, values) in enumerate(readings().items()):
-        write(Path(sys.argv[1]) / f"{name}.csv", values, np.random.default_rng(seed))
+        path = Path(sys.argv[1]) / f"{name}.csv"
+        write(path, SPEED, PROBES, "xy", values, FLOOR, np.random.default_rng(seed))
