@@ -1,6 +1,6 @@
-"""Parts of the scripts that make run-ups with ROSS: motion at probes, forces of a bent shaft, and files with noise.
+"""Motion, forces of a bent shaft and files with noise for run-ups by ROSS.
 
-Like the scripts, it contains nothing of this project. Real quantities are Re(q e^{iΩt}), m 0-peak.
+Parts of the scripts that make these. Like the scripts, it contains nothing of this project. Real quantities are Re(q e^{iΩt}), m 0-peak.
 """
 
 import csv
@@ -20,9 +20,9 @@ def motion(rotor, force, nodes, speed):
 
 
 def bending_forces(stiffness, shape, slope, size, n_dof, n_speed):
-    """Nodal forces (n_dof, n_speed), N, of a shaft bent by `size` (complex), m, times a shape (n_node,) of a slope, 1/m.
+    """Nodal forces (n_dof, n_speed), N, of a bent shaft: its own stiffness, without bearings, times the bow.
 
-    They are its own stiffness, without bearings, times the bow.
+    The bow is `size` (complex), m, times a shape (n_node,) that has a slope, 1/m.
     """
     bent = np.zeros((len(shape), DOF), dtype=complex)
     bent[:, :2] = shape[:, None] * FORWARD

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import ross as rs
+
 from by_ross import bending_forces, motion, write
 
 YOUNG, POISSON, DENSITY = 206e9, 0.29, 7850.0

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import ross as rs
+
 from by_ross import FORWARD, bending_forces, motion, write
 
 SPEED = np.linspace(200.0, 1500.0, 53)  # rad/s

@@ -83,7 +83,9 @@ class ResponsePolynomial:
 
         There is a product for each set: in one for all, last digits would depend on the number of sets.
         """
-        values = (monomials[:, None] @ self.coefficients)[:, 0].view(complex)
+        is_alone = len(monomials) == 1  # the same product, without a loop over sets
+        found = monomials @ self.coefficients if is_alone else (monomials[:, None] @ self.coefficients)[:, 0]
+        values = found.view(complex)
         n_speed = self.shape[0]
         return values[:, :n_speed], values[:, n_speed:].reshape(-1, *self.shape)
 

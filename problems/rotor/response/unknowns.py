@@ -214,6 +214,7 @@ class RotorNumbers:
     set_unbalance: Indices
     components: tuple[tuple[int, int, complex], ...]  # column of x, plane, direction of a Cartesian part
     origin: int | None  # column of x
+    n_unknown: int
 
     @classmethod
     def of(cls, rotor: Rotor, unknowns: Sequence[Unknown]) -> RotorNumbers:
@@ -243,17 +244,22 @@ class RotorNumbers:
                 if each.part in CARTESIAN_PARTS
             ),
             next((column for column, each in targets if isinstance(each, OriginTarget)), None),
+            len(unknowns),
         )
 
     @cached_property
-    def directions(self) -> ComplexArray:
-        """e^{iφ} of the angle of each plane, (n_plane,)."""
-        return np.exp(1j * self.unbalance[:, UNBALANCE_PARTS.index("phase")])
+    def linear_unbalance(self) -> tuple[Array, Array]:
+        """Unbalance at fixed angles: a constant (2 · n_plane,) kg m, and its slopes (d, 2 · n_plane).
 
-    @cached_property
-    def complex_unbalance(self) -> ComplexArray:
-        """The rotor's own unbalance, (n_plane,) kg m."""
-        return self.unbalance[:, UNBALANCE_PARTS.index("magnitude")] * self.directions
+        Re and Im of each plane lie side by side. All but one of a plane's summands are zero, so that sums are exact.
+        """
+        directions = np.exp(1j * self.unbalance[:, UNBALANCE_PARTS.index("phase")])
+        constant = self.unbalance[:, UNBALANCE_PARTS.index("magnitude")] * directions
+        slopes = np.zeros((self.n_unknown, len(constant)), dtype=complex)
+        columns, planes, _ = self.set_unbalance
+        slopes[columns, planes] = directions[planes]
+        constant[planes] = 0
+        return constant.view(float), slopes.view(float)
 
     @cached_property
     def has_fixed_angles(self) -> bool:
@@ -298,11 +304,8 @@ def complex_unbalance_at(own: RotorNumbers, x: Array) -> ComplexArray:
     """`Inputs.complex_unbalance` at values (n, d), without the other numbers: (n, n_plane) kg m."""
     if not own.has_fixed_angles:
         return _complex(_unbalance_at(own, x))
-    columns, planes, _ = own.set_unbalance
-    whole = np.empty((len(x), len(own.unbalance)), dtype=complex)
-    whole[:] = own.complex_unbalance
-    whole[:, planes] = x[:, columns] * own.directions[planes]
-    return whole
+    constant, slopes = own.linear_unbalance
+    return np.asarray((x @ slopes + constant).view(complex))
 
 
 def unbalance_and_slopes(own: RotorNumbers, x: Array) -> tuple[ComplexArray, ComplexArray]:
