@@ -20,9 +20,9 @@ def motion(rotor, force, nodes, speed):
 
 
 def bending_forces(stiffness, shape, slope, size, n_dof, n_speed):
-    """Nodal forces (n_dof, n_speed), N, of a bent shaft: its own stiffness, without bearings, times the bow.
+    """Nodal forces (n_dof, n_speed), N, of a bent shaft: its own stiffness times the bow.
 
-    The bow is `size` (complex), m, times a shape (n_node,) that has a slope, 1/m.
+    The stiffness is without bearings. The bow is `size` (complex), m, times a shape (n_node,) that has a slope, 1/m.
     """
     bent = np.zeros((len(shape), DOF), dtype=complex)
     bent[:, :2] = shape[:, None] * FORWARD
