@@ -159,7 +159,7 @@ class Effect(Settings, Generic[Seen]):
         return np.empty((0, 0))
 
     def scan_further(self, problem: Seen) -> Array:
-        """Values of its unknowns that a scan takes beside those all over their limits.
+        """Values of its unknowns that a scan adds to its own, which lie all over their limits.
 
         For narrow parts of the limits in which it acts strongly, such as resonances of its own. Default: none.
 
