@@ -143,3 +143,36 @@ def test_probes_on_housings_are_located_nowhere():
     data = ksmea.read_measurement(str(supports / "relative.csv"))
     found = ksmea.locate(rotor, data)
     assert found.record.is_spread and "spread over the shaft" in str(found) and not found.extended_yaml
+
+
+@pytest.mark.slow
+def test_a_file_that_says_which_probes_sit_on_housings_has_the_truth_in_its_intervals(tmp_path):
+    """The rotor of the data above: supports of unknown stiffness and mass, each plane relative to its bearing."""
+    supports = CASES / "supports"
+    if not supports.exists():
+        pytest.skip(f"no cases at {supports}; KSMEA_DATA names the directory of public data beside them")
+    text = (supports / "rotor.yaml").read_text()
+    shaft, unknowns = text.split("bearings:")[0], text[text.index("unknowns:") :]
+    probes = [
+        f"  - {{position: {position}, direction: {direction}, relative_to: bearing {bearing}}}"
+        for bearing, position in ((1, 0.05), (2, 1.45))
+        for direction in "xy"
+    ]
+    lines = [
+        shaft.replace("{length: m,", "{mass: kg, length: m,"),
+        "bearings: [{position: 0, support: {loss_factor: 0.03}}, {position: 1.5, support: {loss_factor: 0.03}}]",
+        "unbalance: [{position: 0.5, phase: 0}]",
+        "speeds: {from: 200, to: 4500, number: 87}",
+        "probes:",
+        *probes,
+        unknowns,
+        "  - {name: support_x, lower: 4, upper: 200, sets: [support 1 kxx, support 2 kxx]}",
+        "  - {name: support_y, lower: 4, upper: 200, sets: [support 1 kyy, support 2 kyy]}",
+        "  - {name: support_mass, lower: 1, upper: 150, sets: [support 1 mass, support 2 mass]}",
+    ]
+    (tmp_path / "rotor.yaml").write_text("\n".join(lines) + "\n")
+    rotor = ksmea.load_problem(tmp_path / "rotor.yaml")
+    found = ksmea.identify(rotor, ksmea.read_measurement(supports / "relative.csv"))
+    shown = {each.name: each.shown for each in found.record.parameters}
+    truth = {"u": 200, "kxx": 5, "kyy": 8, "cxx": 2, "cyy": 3, "support_x": 1 / 0.06, "support_y": 1 / 0.04}
+    assert all(shown[name].low <= value <= shown[name].high for name, value in truth.items())
