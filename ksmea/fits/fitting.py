@@ -254,11 +254,11 @@ def fit_from_scan(
     SI, that come nearer to the data than the fit, and from other maxima of the baseline model. They are left after the first
     iterations if all have a deviance above `ceiling`.
     """
-    likelihood, d = fit.likelihood, baseline.best.likelihood.d
+    likelihood, d, parameters = fit.likelihood, baseline.best.likelihood.d, fit.problem.parameters
     zero = without_effects(fit.problem, d)
     values = scan_values(zero, effort.scan_values)
     if further is not None:
-        values = np.vstack([values, fit.problem.parameters.to_cube(np.insert(further, [0] * d, 0.0, axis=1))[:, d:]])
+        values = np.vstack([values, (further - parameters.lower[d:]) / parameters.width[d:]])
     starts = [np.concatenate([other.u, zero]) for other in baseline.others]
     points = baseline.screened.thinned(effort.scan)
     found = scanned(fit.case, points, values, effort.scan_clouds)

@@ -85,10 +85,15 @@ def test_a_mass_that_the_data_do_not_see_is_not_found(tmp_path):
     assert not mass.is_seen and mass.value == pytest.approx(mass.stated, abs=mass.stated_sd)
 
 
-def of_case(name, rotor="inputs/pump.yaml", **options):
+def cases():
+    """Their folder; skips the test that asks for it where it is absent."""
     if not CASES.exists():
         pytest.skip(f"no cases at {CASES}; KSMEA_DATA names the directory of public data beside them")
-    data = CASES / rotor
+    return CASES
+
+
+def of_case(name, rotor="inputs/pump.yaml", **options):
+    data = cases() / rotor
     rotor = ksmea.load_problem(str(data))
     return ksmea.diagnose(rotor, ksmea.read_measurement(str(data.with_name(f"{name}.csv"))), **options)
 
@@ -136,9 +141,7 @@ def test_a_slow_roll_of_each_probe_is_runout_with_a_vector_for_each():
 def test_probes_on_housings_are_located_nowhere():
     """Probes that are stated to look at the shaft from the ground and move with the bearings' housings: forces at many places do as
     much, and none of them is where anything acts."""
-    supports = CASES / "supports"
-    if not supports.exists():
-        pytest.skip(f"no cases at {supports}; KSMEA_DATA names the directory of public data beside them")
+    supports = cases() / "supports"
     rotor = ksmea.load_problem(str(supports / "rotor.yaml"))
     data = ksmea.read_measurement(str(supports / "relative.csv"))
     found = ksmea.locate(rotor, data)
@@ -148,9 +151,7 @@ def test_probes_on_housings_are_located_nowhere():
 @pytest.mark.slow
 def test_a_file_that_says_which_probes_sit_on_housings_has_the_truth_in_its_intervals(tmp_path):
     """The rotor of the data above: supports of unknown stiffness and mass, each plane relative to its bearing."""
-    supports = CASES / "supports"
-    if not supports.exists():
-        pytest.skip(f"no cases at {supports}; KSMEA_DATA names the directory of public data beside them")
+    supports = cases() / "supports"
     text = (supports / "rotor.yaml").read_text()
     shaft, unknowns = text.split("bearings:")[0], text[text.index("unknowns:") :]
     probes = [
