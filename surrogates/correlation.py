@@ -7,29 +7,50 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, Indices
 
 
-def squared_differences(samples: Array) -> Array:
-    """Samples (n, d) → (u_ik − u_jk)², (d, n, n)."""
-    columns = samples.T
-    return (columns[:, :, None] - columns[:, None, :]) ** 2
+@dataclass(frozen=True)
+class SamplePairs:
+    """Pairs i < j of samples, which determine a symmetric matrix (n, n) but for its diagonal."""
+
+    n: int
+    places: Indices  # (n_pair,) above the diagonal of a matrix, counted row after row
+    squared: Array  # (d, n_pair) (u_ik − u_jk)²
+
+    @classmethod
+    def of(cls, samples: Array) -> SamplePairs:
+        """Pairs of samples (n, d)."""
+        n, columns = len(samples), samples.T
+        first, second = np.triu_indices(n, k=1)
+        return cls(n, first * n + second, (columns[:, first] - columns[:, second]) ** 2)
+
+    def upper(self, values: Array) -> Array:
+        """Upper triangle (n, n) with values (n_pair,), zeros elsewhere."""
+        matrix = np.zeros(self.n**2)
+        matrix[self.places] = values
+        return matrix.reshape(self.n, self.n)
+
+    def values(self, matrix: Array) -> Array:
+        """(n_pair,) of a matrix (n, n)."""
+        return matrix.ravel()[self.places]
 
 
 class Correlation(ABC):
-    """A correlation function, its matrix among samples and its slope with respect to ln θ."""
+    """A correlation function, its values among samples and their slope with respect to ln θ."""
 
     @abstractmethod
     def among(self, theta: Array, squared: Array) -> Array:
-        """θ (d,) and squared differences (d, n, n) → R (n, n)."""
+        """θ (d,) and squared differences (d, n_pair) → R_ij of each pair (n_pair,)."""
 
     @abstractmethod
     def log_slope(self, theta: Array, squared: Array, weight: Array) -> Array:
-        """Σ_ij weight_ij ∂ln R_ij / ∂ln θ_k, (d,); the caller has put R_ij into the weight (n, n)."""
+        """Σ weight ∂ln R_ij / ∂ln θ_k over pairs, (d,); the caller has put R_ij into the weight (n_pair,)."""
 
     @abstractmethod
     def between(self, theta: Array, points: Array, samples: Array) -> Array:
@@ -44,11 +65,11 @@ class Gaussian(Correlation):
     """R = exp(−Σ_k θ_k h_k²), eq. (11) as DACE reads it."""
 
     def among(self, theta: Array, squared: Array) -> Array:
-        exponent = np.tensordot(-theta, squared, axes=1)
+        exponent: Array = -theta @ squared
         return np.exp(exponent, out=exponent)
 
     def log_slope(self, theta: Array, squared: Array, weight: Array) -> Array:
-        return -theta * (squared.reshape(len(theta), -1) @ weight.ravel())
+        return -theta * (squared @ weight)
 
     def between(self, theta: Array, points: Array, samples: Array) -> Array:
         return self.rows(theta, samples)(points)
@@ -78,14 +99,14 @@ class Matern52(Correlation):
     """
 
     def among(self, theta: Array, squared: Array) -> Array:
-        a = np.sqrt(5 * theta[:, None, None] * squared)
+        a = np.sqrt(5 * theta[:, None] * squared)
         return np.prod(1 + a + a**2 / 3, axis=0) * np.exp(-a.sum(axis=0))
 
     def log_slope(self, theta: Array, squared: Array, weight: Array) -> Array:
         # with g = (1 + a + a²/3) e^(−a): dg/da = −a (1 + a)/3 e^(−a) and da/dln θ = a/2
-        a = np.sqrt(5 * theta[:, None, None] * squared)
+        a = np.sqrt(5 * theta[:, None] * squared)
         slope = -(a**2) / 6 * (1 + a) / (1 + a + a**2 / 3)
-        return np.tensordot(slope, weight, axes=2)
+        return slope @ weight
 
     def between(self, theta: Array, points: Array, samples: Array) -> Array:
         polynomial = np.ones((len(points), len(samples)))

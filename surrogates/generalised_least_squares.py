@@ -91,25 +91,32 @@ class GeneralisedLeastSquares:
     whitened_outputs: Array  # (n, q) Ỹ
 
     @cached_property
-    def orthogonal_and_triangle(self) -> tuple[Array, Array]:
-        """Q (n, p), in Fortran order, and G (p, p)."""
-        # A fifth of the time of numpy's own for few terms
-        packed, reflectors, _, _ = lapack.dgeqrf(self.whitened_trend)
-        orthogonal, _, _ = lapack.dorgqr(packed, reflectors)
-        return orthogonal, np.triu(packed[: packed.shape[1]])
+    def _factors(self) -> tuple[Array, Array]:
+        """G with the reflectors of Q below its diagonal (n, p), and their factors (p,)."""
+        packed, reflectors, _, _ = lapack.dgeqrf(self.whitened_trend)  # a fifth of the time of numpy's for few terms
+        return packed, reflectors
+
+    @cached_property
+    def orthogonal(self) -> Array:
+        """Q (n, p), in Fortran order."""
+        return np.asarray(lapack.dorgqr(*self._factors)[0])
+
+    @cached_property
+    def triangle(self) -> Array:
+        """G (p, p)."""
+        packed, _ = self._factors
+        return np.triu(packed[: packed.shape[1]])
 
     @cached_property
     def coefficients(self) -> Array:
         """β (p, q)."""
-        orthogonal, triangle = self.orthogonal_and_triangle
-        return np.linalg.solve(triangle, orthogonal.T @ self.whitened_outputs).astype(float, copy=False)
+        return np.linalg.solve(self.triangle, self.orthogonal.T @ self.whitened_outputs).astype(float, copy=False)
 
     @cached_property
     def whitened_residuals(self) -> Array:
         """Ỹ − F̃β = (I − QQᵀ)Ỹ, (n, q), in Fortran order."""
-        orthogonal, _ = self.orthogonal_and_triangle
-        seen = blas.dgemm(1.0, orthogonal, self.whitened_outputs, trans_a=1)
-        return np.asarray(blas.dgemm(-1.0, orthogonal, seen, beta=1.0, c=self.whitened_outputs))
+        seen = blas.dgemm(1.0, self.orthogonal, self.whitened_outputs, trans_a=1)
+        return np.asarray(blas.dgemm(-1.0, self.orthogonal, seen, beta=1.0, c=self.whitened_outputs))
 
     @cached_property
     def process_variance(self) -> Array:
@@ -124,7 +131,7 @@ class GeneralisedLeastSquares:
     @property
     def log_determinant(self) -> float:
         """ln |R|."""
-        return 2.0 * float(np.sum(np.log(np.diagonal(self.cholesky))))
+        return 2.0 * float(np.log(self.cholesky.diagonal()).sum())
 
     def leave_one_out(self) -> Array:
         """Errors (n, q) of predicting each sample from the others, θ fixed and β estimated anew.
@@ -134,9 +141,8 @@ class GeneralisedLeastSquares:
         Dubrule 1983 (doi 10.1007/BF01033232): the error is γ_i/B_ii with B = R⁻¹ − R⁻¹F(FᵀR⁻¹F)⁻¹FᵀR⁻¹, the block of
         the inverse of the augmented matrix of eq. (20); here B = C⁻ᵀ(I − QQᵀ)C⁻¹, whose diagonal is a sum of squares.
         """
-        orthogonal, _ = self.orthogonal_and_triangle
         inverse = solve_lower(self.cholesky, np.eye(len(self.cholesky), order="F"))
-        projected = inverse - orthogonal @ (orthogonal.T @ inverse)
+        projected = inverse - self.orthogonal @ (self.orthogonal.T @ inverse)
         diagonal = np.sum(projected**2, axis=0)
         # B_ii is 0 up to rounding, against (R⁻¹)_ii, where nothing is left without sample i.
         determined = diagonal > 1e-12 * np.sum(inverse**2, axis=0)
@@ -165,18 +171,22 @@ class GeneralisedLeastSquares:
         )
 
 
+def side_by_side(terms: Array, outputs: Array) -> Array:
+    """F (n, p) and Y (n, q) as one matrix in the order that `generalised_least_squares` takes."""
+    return np.asfortranarray(np.hstack([terms, outputs]))
+
+
 def generalised_least_squares(
-    correlation: Array, nugget: float, terms: Array, outputs: Array
+    correlation: Array, nugget: float, terms_and_outputs: Array, n_term: int
 ) -> GeneralisedLeastSquares:
-    """The estimates for R (n, n), whose diagonal is overwritten, F (n, p) and Y (n, q)."""
+    """Estimates for the upper triangle of R (n, n), whose diagonal is overwritten, and F and Y `side_by_side`."""
     cholesky, nugget = factorise(correlation, nugget)
-    p = terms.shape[1]
-    whitened = solve_lower(cholesky, np.asfortranarray(np.hstack([terms, outputs])))
-    return GeneralisedLeastSquares(cholesky, nugget, whitened[:, :p], whitened[:, p:])
+    whitened = solve_lower(cholesky, terms_and_outputs)
+    return GeneralisedLeastSquares(cholesky, nugget, whitened[:, :n_term], whitened[:, n_term:])
 
 
 def factorise(correlation: Array, nugget: float) -> tuple[Array, float]:
-    """Cholesky factor of R + nugget·I and the nugget used.
+    """Cholesky factor of R + nugget·I, of which the upper triangle is given, and the nugget used.
 
     The one given, or the first of the ladder above it that works.
     """

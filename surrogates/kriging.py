@@ -21,7 +21,7 @@ from ksmea.errors import SettingError
 from ksmea.plugins.surrogate import Predictor, Surrogate
 from ksmea.plugins.transforms import TRANSFORMS
 from ksmea.settings.settings import setting
-from surrogates.correlation import CORRELATIONS, squared_differences
+from surrogates.correlation import CORRELATIONS, SamplePairs
 from surrogates.generalised_least_squares import DEGREES, n_terms, trend_over
 from surrogates.kriging_predictor import KrigingPredictor, OutputGroup
 from surrogates.theta_search import OBJECTIVES, ThetaObjective, isotropic_minima, search_theta
@@ -120,11 +120,11 @@ class Kriging(Surrogate):
         mean, spread = y.mean(axis=0), y.std(axis=0)
         spread = np.where(spread > 0, spread, 1.0)
         standardised = (y - mean) / spread
-        squared, terms = squared_differences(u), trend.terms(u)
+        pairs, terms = SamplePairs.of(u), trend.terms(u)
         groups = []
         for number, outputs in enumerate(self._output_groups(y.shape[1])):
             objective = ThetaObjective(
-                self.objective, CORRELATIONS[self.correlation], squared, terms, standardised[:, outputs], self.nugget
+                self.objective, CORRELATIONS[self.correlation], pairs, terms, standardised[:, outputs], self.nugget
             )
             theta = self._fixed_theta(self.theta, d) if self.theta is not None else estimate_theta(number, objective)
             groups.append(OutputGroup(outputs, theta, objective.estimate(theta)))
@@ -146,7 +146,7 @@ class Kriging(Surrogate):
 
     def _estimated_theta(self, objective: ThetaObjective, rng: np.random.Generator) -> Array:
         limits = self.theta_lower, self.theta_upper
-        d = len(objective.squared)
+        d = len(objective.pairs.squared)
         starts = isotropic_minima(objective, *limits, self.theta_ladder)
         starts += [np.exp(rng.uniform(np.log(limits[0]), np.log(limits[1]), size=d)) for _ in range(self.restarts)]
         return search_theta(objective, starts, *limits)

@@ -12,11 +12,12 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.plugins.surrogate import Predictor
-from surrogates.correlation import Correlation, squared_differences
+from surrogates.correlation import Correlation, SamplePairs
 from surrogates.generalised_least_squares import (
     GeneralisedLeastSquares,
     Trend,
     generalised_least_squares,
+    side_by_side,
     solve_lower,
 )
 
@@ -141,10 +142,9 @@ class KrigingPredictor(Predictor):
     def _variance_factor(self, group: OutputGroup, correlation: Array, terms: Array) -> Array:
         """s²/σ² (k,) at points with rows (k, n) of correlations and terms (k, p) of the trend."""
         estimate = group.estimate
-        _, triangle = estimate.orthogonal_and_triangle
         whitened = solve_lower(estimate.cholesky, correlation.T)  # C⁻¹r, (n, k)
         v = estimate.whitened_trend.T @ whitened - terms.T
-        trend_part = np.linalg.solve(triangle.T, v)  # FᵀR⁻¹F = GᵀG
+        trend_part = np.linalg.solve(estimate.triangle.T, v)  # FᵀR⁻¹F = GᵀG
         return np.maximum(1.0 + np.sum(trend_part**2, axis=0) - np.sum(whitened**2, axis=0), 0.0)
 
     def _with_last_sample(
@@ -156,11 +156,12 @@ class KrigingPredictor(Predictor):
             correlated(added)[0], self.trend.terms(added)[0], self._standardised(outputs[-1:], group)[0]
         )
         if estimate is None:  # too close to another sample for the present nugget
+            pairs, terms = SamplePairs.of(samples), self.trend.terms(samples)
             estimate = generalised_least_squares(
-                self.correlation.among(group.theta, squared_differences(samples)),
+                pairs.upper(self.correlation.among(group.theta, pairs.squared)),
                 group.estimate.nugget,
-                self.trend.terms(samples),
-                self._standardised(outputs, group),
+                side_by_side(terms, self._standardised(outputs, group)),
+                terms.shape[1],
             )
         return replace(group, estimate=estimate)
 

@@ -10,14 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import blas, lapack
 from scipy.optimize import minimize
 
 from ksmea.arrays import Array
-from surrogates.correlation import Correlation
-from surrogates.generalised_least_squares import GeneralisedLeastSquares, generalised_least_squares
+from surrogates.correlation import Correlation, SamplePairs
+from surrogates.generalised_least_squares import GeneralisedLeastSquares, generalised_least_squares, side_by_side
 
 OBJECTIVES = ("likelihood", "dace")
 
@@ -36,16 +37,14 @@ class ThetaObjective:
 
     name: str
     correlation: Correlation
-    squared: Array  # (d, n, n) squared differences
+    pairs: SamplePairs
     terms: Array  # (n, p)
     outputs: Array  # (n, q)
     nugget: float
 
     def estimate(self, theta: Array) -> GeneralisedLeastSquares:
         """θ (d,) → the least-squares estimates there."""
-        return generalised_least_squares(
-            self.correlation.among(theta, self.squared), self.nugget, self.terms, self.outputs
-        )
+        return self._estimate(self.correlation.among(theta, self.pairs.squared))
 
     def value(self, log_theta: Array) -> float:
         return self._value(self.estimate(np.exp(log_theta)))
@@ -53,16 +52,25 @@ class ThetaObjective:
     def value_and_slope(self, log_theta: Array) -> tuple[float, Array]:
         """The objective and its derivatives with respect to ln θ, (d,)."""
         theta = np.exp(log_theta)
-        correlation = self.correlation.among(theta, self.squared)
-        estimate = generalised_least_squares(correlation, self.nugget, self.terms, self.outputs)
+        correlation = self.correlation.among(theta, self.pairs.squared)
+        estimate = self._estimate(correlation)
         inverse, _ = lapack.dpotri(estimate.cholesky, lower=1)
         weighted = estimate.weights * np.sqrt(self._output_weights(estimate))
-        # R⁻¹ − Σ_l w_l γ_l γ_lᵀ in the lower triangle, zeros above it
+        # R⁻¹ − Σ_l w_l γ_l γ_lᵀ in the lower triangle
         sensitivity = blas.dsyrk(-1.0, weighted, beta=1.0, c=inverse, lower=1, overwrite_c=1)
-        # Twice the lower triangle stands for both; the diagonal of ∂R/∂θ is zero. Transposed into C order.
-        pair_weights = np.multiply(sensitivity.T, correlation, order="C")
-        slope = self.correlation.log_slope(theta, self.squared, pair_weights) * (2.0 / len(correlation))
+        # A pair counts twice; the diagonal of ∂R/∂θ is zero.
+        pair_weights = self.pairs.values(sensitivity.T) * correlation
+        slope = self.correlation.log_slope(theta, self.pairs.squared, pair_weights) * (2.0 / self.pairs.n)
         return self._value(estimate), slope
+
+    def _estimate(self, correlation: Array) -> GeneralisedLeastSquares:
+        """Estimates with the correlation (n_pair,) of each pair."""
+        n_term = self.terms.shape[1]
+        return generalised_least_squares(self.pairs.upper(correlation), self.nugget, self._terms_and_outputs, n_term)
+
+    @cached_property
+    def _terms_and_outputs(self) -> Array:
+        return side_by_side(self.terms, self.outputs)
 
     def _value(self, estimate: GeneralisedLeastSquares) -> float:
         variance = estimate.process_variance + VARIANCE_FLOOR
@@ -84,7 +92,7 @@ def isotropic_minima(objective: ThetaObjective, lower: float, upper: float, n_st
     There are often two minima: the nugget makes a shallow one of its own at small θ, which can win on the ladder and
     lose once θ differs by direction.
     """
-    d = len(objective.squared)
+    d = len(objective.pairs.squared)
     ladder = np.linspace(np.log(lower), np.log(upper), n_step)
     values = np.array([np.inf, *(objective.value(np.full(d, log_theta)) for log_theta in ladder), np.inf])
     lowest = (values[1:-1] <= values[:-2]) & (values[1:-1] < values[2:])
@@ -96,7 +104,7 @@ def search_theta(objective: ThetaObjective, starts: Sequence[Array], lower: floa
 
     Limits are common to all directions.
     """
-    bounds = [(np.log(lower), np.log(upper))] * len(objective.squared)
+    bounds = [(np.log(lower), np.log(upper))] * len(objective.pairs.squared)
     searches = [
         # A step of 1e-6 in the objective is 1e-4 in the log-likelihood of an output with 200 samples.
         minimize(

@@ -7,7 +7,7 @@ from sklearn.gaussian_process.kernels import RBF
 
 from ksmea.errors import SettingError
 from smooth_samples import fit, latin_hypercube, smooth
-from surrogates.correlation import CORRELATIONS, squared_differences
+from surrogates.correlation import CORRELATIONS, SamplePairs
 from surrogates.generalised_least_squares import n_terms
 from surrogates.kriging import Kriging
 
@@ -59,10 +59,10 @@ def solved_directly(predictor, trend, u_new):
     terms, new_terms = full_polynomial(trend, u), full_polynomial(trend, u_new)
     p = terms.shape[1]
     for group in predictor.groups:
-        correlation = predictor.correlation.among(group.theta, squared_differences(u))
-        correlation += group.estimate.nugget * np.eye(n)
-        both = predictor.correlation.among(group.theta, squared_differences(np.vstack([u, u_new])))
-        r = both[:n, n:]
+        pairs = SamplePairs.of(np.vstack([u, u_new]))
+        upper = pairs.upper(predictor.correlation.among(group.theta, pairs.squared))
+        among, r = upper[:n, :n], upper[:n, n:]
+        correlation = among + among.T + (1 + group.estimate.nugget) * np.eye(n)
         bordered = np.block([[correlation, terms], [terms.T, np.zeros((p, p))]])
         c = np.linalg.solve(bordered, np.vstack([r, new_terms.T]))[:n]
         solved = np.linalg.solve(correlation, np.hstack([terms, y[:, group.outputs]]))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from surrogates.correlation import CORRELATIONS, squared_differences
+from surrogates.correlation import CORRELATIONS, SamplePairs
 from surrogates.generalised_least_squares import trend_over
 from surrogates.theta_search import OBJECTIVES, VARIANCE_FLOOR, ThetaObjective, isotropic_minima, search_theta
 
@@ -14,7 +14,7 @@ def make_objective(name="likelihood", correlation="gaussian", outputs=slice(None
     y = np.column_stack([np.sin(4 * u[:, 0]) * u[:, 1], np.exp(u @ [1, -2, 0.5]), np.cos(6 * u[:, 2]) + u[:, 0]])
     y = (y - y.mean(axis=0)) / y.std(axis=0)
     return ThetaObjective(
-        name, CORRELATIONS[correlation], squared_differences(u), trend_over(trend, u).terms(u), y[:, outputs], nugget
+        name, CORRELATIONS[correlation], SamplePairs.of(u), trend_over(trend, u).terms(u), y[:, outputs], nugget
     )
 
 
@@ -45,7 +45,8 @@ def test_objectives_are_as_published():
     theta = np.array([2.0, 9.0, 4.0])
     objective = make_objective()
     n = len(objective.outputs)
-    correlation = objective.correlation.among(theta, objective.squared) + objective.nugget * np.eye(n)
+    upper = objective.pairs.upper(objective.correlation.among(theta, objective.pairs.squared))
+    correlation = upper + upper.T + (1 + objective.nugget) * np.eye(n)
     inverse = np.linalg.inv(correlation)
     f, y = objective.terms, objective.outputs
     residual = y - f @ np.linalg.solve(f.T @ inverse @ f, f.T @ inverse @ y)
@@ -71,7 +72,7 @@ def test_search_ends_where_the_slope_is_zero_or_against_a_bound(name):
 
 def test_ladder_gives_every_local_minimum():
     class Wave:
-        squared = np.zeros((2, 1, 1))
+        pairs = SamplePairs.of(np.zeros((2, 2)))
 
         def value(self, log_theta):
             return [3.0, 1.0, 2.0, 0.5, 4.0][round(log_theta[0] / np.log(10))]
@@ -85,7 +86,7 @@ def test_output_that_the_trend_reproduces_leaves_theta_to_the_others():
     with_trivial = ThetaObjective(
         "likelihood",
         objective.correlation,
-        objective.squared,
+        objective.pairs,
         objective.terms,
         np.column_stack([objective.outputs, objective.terms @ [0.0, 1.0, -1.0, 0.5]]),
         objective.nugget,
