@@ -159,18 +159,22 @@ def listed(names: list[str]) -> str:
     return ", ".join([*shown, *more]) or "none"
 
 
-def nearest(name: str, known: Iterable[str], cutoff: float = 0.4) -> str | None:
+def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
     """Known name nearest to a wrong one, in upper or lower case.
 
-    None if none is similar by the ratio `cutoff`.
+    None if none is similar by the ratio `cutoff`, nor begins with the wrong name.
 
     >>> nearest("lm", ["DE", "LM"]), nearest("Kriging+de", ["DE", "Kriging + DE"]), nearest("x", ["DE"])
     ('LM', 'Kriging + DE', None)
+    >>> nearest("rep", ["repetitions", "seed"]), nearest("file", ["path", "scale"])
+    ('repetitions', None)
     """
     folded: dict[str, str] = {}
     for each in sorted(known):
         folded.setdefault(each.casefold(), each)
-    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=cutoff)
+    wrong = name.casefold()
+    begun = [each for each in folded if len(wrong) > 1 and each.startswith(wrong)]
+    close = difflib.get_close_matches(wrong, folded, n=1, cutoff=cutoff) or begun
     return folded[close[0]] if close else None
 
 
