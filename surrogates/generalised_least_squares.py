@@ -179,7 +179,10 @@ def side_by_side(terms: Array, outputs: Array) -> Array:
 def generalised_least_squares(
     correlation: Array, nugget: float, terms_and_outputs: Array, n_term: int
 ) -> GeneralisedLeastSquares:
-    """Estimates for the upper triangle of R (n, n), whose diagonal is overwritten, and F and Y `side_by_side`."""
+    """Estimates for the upper triangle of R (n, n), with F and Y `side_by_side`.
+
+    The diagonal of R is overwritten.
+    """
     cholesky, nugget = factorise(correlation, nugget)
     whitened = solve_lower(cholesky, terms_and_outputs)
     return GeneralisedLeastSquares(cholesky, nugget, whitened[:, :n_term], whitened[:, n_term:])
