@@ -162,18 +162,22 @@ def listed(names: list[str]) -> str:
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
     """Known name nearest to a wrong one, in upper or lower case.
 
-    None if none is similar by the ratio `cutoff`, nor begins with the wrong name.
+    None if none is similar by the ratio `cutoff`, and none is the beginning of the other.
 
     >>> nearest("lm", ["DE", "LM"]), nearest("Kriging+de", ["DE", "Kriging + DE"]), nearest("x", ["DE"])
     ('LM', 'Kriging + DE', None)
-    >>> nearest("rep", ["repetitions", "seed"]), nearest("file", ["path", "scale"])
-    ('repetitions', None)
+    >>> nearest("rep", ["repetitions", "seed"]), nearest("upwards", ["up"]), nearest("file", ["path", "scale"])
+    ('repetitions', 'up', None)
     """
     folded: dict[str, str] = {}
     for each in sorted(known):
         folded.setdefault(each.casefold(), each)
     wrong = name.casefold()
-    begun = [each for each in folded if len(wrong) > 1 and each.startswith(wrong)]
+    begun = [
+        each
+        for each in folded
+        if min(map(len, (each, wrong))) > 1 and (each.startswith(wrong) or wrong.startswith(each))
+    ]
     close = difflib.get_close_matches(wrong, folded, n=1, cutoff=cutoff) or begun
     return folded[close[0]] if close else None
 
