@@ -173,13 +173,16 @@ def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
     for each in sorted(known):
         folded.setdefault(each.casefold(), each)
     wrong = name.casefold()
-    begun = [
-        each
-        for each in folded
-        if min(map(len, (each, wrong))) > 1 and (each.startswith(wrong) or wrong.startswith(each))
+    close = difflib.get_close_matches(wrong, folded, n=1, cutoff=cutoff) or [
+        each for each in folded if _begins(each, wrong)
     ]
-    close = difflib.get_close_matches(wrong, folded, n=1, cutoff=cutoff) or begun
     return folded[close[0]] if close else None
+
+
+def _begins(one: str, other: str) -> bool:
+    """Whether the shorter of two texts, of two characters or more, begins the longer one."""
+    shorter, longer = sorted((one, other), key=len)
+    return len(shorter) > 1 and longer.startswith(shorter)
 
 
 def described(value: Any) -> str:
