@@ -1,6 +1,7 @@
 """The response as a ratio of polynomials against rank-one updates and the dense route, on machines of every kind."""
 
 import dataclasses
+import warnings
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from problems.drawn_kinds import KINDS
 from problems.rotor.finite_elements.bearing import COEFFICIENTS, Bearing, Pedestal, SpeedTable
 from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.segments import Disk, Material, ShaftSegment
+from problems.rotor.response.model import finite
+from problems.rotor.response.polynomial import ResponsePolynomial
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, OriginTarget, PedestalTarget, UnbalanceTarget, Unknown
 from problems.three_disk import ThreeDisk
@@ -141,3 +144,24 @@ def test_a_response_does_not_depend_on_the_sets_beside_it(family):
         assert np.array_equal(problem.response(x[first:last]), whole[first:last])
     assert np.array_equal(problem.linearised(x[4])[0], whole[4])
     assert problem.response(x[:0]).shape == (0, *whole.shape[1:])
+
+
+@pytest.mark.parametrize("others", [0, 3])  # one set, and a batch
+def test_a_singular_rotor_is_nan_and_no_warning(others):
+    """Q = t and N = 1 of one unknown t, at one speed, channel and plane."""
+    is_one, is_unknown = [1], [0]
+    coefficients = np.array([[0, 1], [1, 0]], dtype=complex).view(float)
+    polynomial = ResponsePolynomial(np.ones(1), np.array([is_one + is_unknown]), coefficients, (1, 1, 1))
+    x, unbalance = np.array([[0.0]] + [[2.0]] * others), np.full((1 + others, 1), 3.0 + 4.0j)
+    with warnings.catch_warnings(action="error"):
+        found = polynomial.response(x, unbalance)[:, 0, 0]
+    assert np.isnan(found[0])
+    np.testing.assert_array_equal(found[1:], 1.5 + 2.0j)
+
+
+def test_large_values_are_finite_though_their_squares_are_not():
+    values = np.array([[1e200 + 0j, 0.0]])
+    assert finite(values) is values
+    for bad in (np.nan, np.inf):
+        with pytest.raises(np.linalg.LinAlgError, match="not finite"):
+            finite(np.array([[1.0 + bad * 1j, 0.0]]))

