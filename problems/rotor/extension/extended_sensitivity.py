@@ -21,7 +21,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.numerics.differences import CentralDifferences, central_differences
@@ -51,7 +50,8 @@ def linearised(problem: RotorWithEffects, x: Array, loads: tuple[Load, ...] = ()
     points = np.concatenate([x[None], differences.points])
     impedance, sizes = problem.impedances_and_sizes(points)
     n_own, n_unit = sizes.shape[1], len(problem.unit_loads_with(loads))
-    weights = block_diag(sizes[0][:, None], np.eye(n_unit))  # of the loads in each column
+    weights = np.zeros((n_own + n_unit, 1 + n_unit), dtype=complex)  # of the loads in each column
+    weights[:n_own, 0], weights[n_own:, 1:] = sizes[0], np.eye(n_unit)
     solve = _at_ports if np.all(problem.of_probes[problem.costly]) else _over_shaft
     solution = solve(problem, x, impedance[:, 0], weights, loads)
 
