@@ -105,10 +105,8 @@ class ResponsePolynomial:
         with_one[:, -1] = 1
         np.divide(x, self.scale, out=with_one[:, :-1])
         values = with_one.take(factors, axis=1)
-        n_left = factors.shape[-2]
-        while n_left > 1:
-            n_left //= 2
-            values = values[..., :n_left, :] * values[..., n_left:, :]
+        while values.shape[-2] > 1:
+            values = values[..., ::2, :] * values[..., 1::2, :]
         return values[..., 0, :]
 
     @cached_property
@@ -161,15 +159,13 @@ def response_polynomial(
     terms: dict[Powers, ComplexArray] = {(0,) * len(scale): parts}
     for each, size in zip(impedances, largest):
         terms = _substituted(terms, each, size)
-    n_halving = math.ceil(math.log2(max(1, *(sum(powers) for powers in terms))))
-    degree = 2**n_halving
+    degree = 2 ** math.ceil(math.log2(max(1, *(sum(powers) for powers in terms))))
     factors = [[unknown for unknown, power in enumerate(powers) for _ in range(power)] for powers in terms]
     padded = [each + [len(scale)] * (degree - len(each)) for each in factors]
-    in_halves = np.array(padded, dtype=int).reshape(-1, *(2,) * n_halving).T.reshape(degree, -1)
     # Of Q, then of N: (n_monomial, n_speed · (1 + n_channel · n_plane))
     rows = [np.concatenate([values[:, 0], values[:, 1:].ravel()]) for values in terms.values()]
     shape = n_speed, n_channel, n_plane
-    return ResponsePolynomial(scale, np.ascontiguousarray(in_halves), np.array(rows).view(float), shape)
+    return ResponsePolynomial(scale, np.array(padded, dtype=int).T.copy(), np.array(rows).view(float), shape)
 
 
 def _at_corners(reduction: Reduction, largest: Sequence[complex], n_plane: int) -> ComplexArray:
