@@ -64,7 +64,7 @@ class ResponsePolynomial:
         NaN for a singular rotor.
         """
         determinant, numerator = self._values(self._monomials(x))
-        if not determinant.all():
+        if not determinant.all():  # `np.errstate` in its place would slow every call within it
             is_singular = determinant == 0
             numerator[is_singular], determinant[is_singular] = np.nan, 1
         return _combined(numerator, unbalance[:, None] / determinant[..., None])
