@@ -36,6 +36,7 @@ def _buckling_load(problem: RotorProblem) -> float:
 class AxialForce(NumberEffect):
     """The shaft is in tension or compression."""
 
+    is_linear = True
     if_nowhere: ClassVar[str] = "leave it out: its limits need bearings at two places"
     says = "The shaft is in {axial_force:tension|compression}"
     check_next = (

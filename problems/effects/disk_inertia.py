@@ -35,6 +35,7 @@ class DiskInertia(PartEffect):
     }
     of_rotor = "disks"
     fields = ("polar_inertia", "diametral_inertia")
+    is_linear = True
     is_relative = True
     what, default_place, needs = "disk", "the first disk", "a rotor with a disk that has moments of inertia"
     sizes = (Size("disk_inertia_change", "%", LARGEST, drawn=NOTICED),)

@@ -35,6 +35,7 @@ class DiskMass(PartEffect):
     }
     of_rotor = "disks"
     fields = ("mass", "polar_inertia", "diametral_inertia")
+    is_linear = True
     is_relative = True
     what, default_place, needs = "disk", "the first disk", "a rotor with a disk"
     sizes = (Size("disk_mass_change", "%", LARGEST, drawn=NOTICED),)

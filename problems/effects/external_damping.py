@@ -46,6 +46,7 @@ class ExternalDamping(NumberEffect):
         "standing_damping": "both damp the whole shaft, the one low modes most, the other high ones; several critical speeds",
     }
 
+    is_linear = True
     sizes = (Size("external_damping", "N s/m²", (0.0, LARGEST), drawn=NOTICED, of=_per_damping_ratio),)
 
     def numbers_of(self, rotor: Rotor) -> Iterator[Place]:

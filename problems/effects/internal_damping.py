@@ -38,6 +38,7 @@ class InternalDamping(NumberEffect):
         "standing_damping": "damping of the turning shaft drives forward whirl above a critical speed; the onset of instability",
     }
 
+    is_linear = True
     sizes = (Size("internal_damping", "µs", (0.0, LARGEST), drawn=NOTICED),)
 
     def numbers_of(self, rotor: Rotor) -> Iterator[Place]:

@@ -52,6 +52,7 @@ class Mass(NumberEffect):
         each_by_itself = all(are_known_to_tolerance(problem, field) for field in ("density", "mass"))
         return [] if each_by_itself else [self]
 
+    is_linear = True
     sizes = (Size("mass_change", "%", LARGEST, drawn=NOTICED),)
 
     def numbers_of(self, rotor: Rotor) -> Iterator[Place]:

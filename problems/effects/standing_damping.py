@@ -41,6 +41,7 @@ class StandingDamping(NumberEffect):
         "internal_damping": "damping of the turning shaft drives forward whirl above a critical speed; the onset of instability",
     }
 
+    is_linear = True
     for_drawings_only: ClassVar[bool] = True
     sizes = (Size("standing_damping", "µs", (0.0, LARGEST), drawn=NOTICED),)
 

@@ -39,6 +39,7 @@ class YoungsModulus(NumberEffect):
         "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
     }
 
+    is_linear = True
     sizes = (Size("youngs_modulus_change", "%", LARGEST, drawn=NOTICED),)
 
     def numbers_of(self, rotor: Rotor) -> Iterator[Place]:

@@ -18,7 +18,14 @@ JUMPING = (
     "clearance_rub",
 )  # its motion jumps where curves fold over, all over its limits: there is no slope
 NAMES = [name for name in registry.registered("effect") if name not in ("local_force", "run_up_acceleration", *JUMPING)]
-PAIRS = [("mass", "residual_bow"), ("youngs_modulus", "flexible_pedestal"), ("internal_damping", "probe_rotation")]
+PAIRS = [
+    ("mass", "residual_bow"),
+    ("youngs_modulus", "flexible_pedestal"),
+    ("internal_damping", "probe_rotation"),
+    ("mass", "disk_mass"),
+    ("standing_damping", "youngs_modulus"),
+    ("disk_mass", "hub_stiffening"),
+]
 
 
 def effect(name, **settings):

@@ -5,8 +5,8 @@ The rotor obeys D q = F s, with loads F of sizes s. In the motion that a row c r
     c dq = yᵀ (dF s − dD q) + c D⁻¹ F ds,    Dᵀ y = c,
 
 so that motion and adjoint rows at one point are enough for all unknowns. Impedances change D at the ports alone, and
-the receptances have both there. An effect that changes the rotor changes D and F anywhere: motion and rows are then
-solved for over the whole shaft, with one factorisation per speed.
+the receptances have both there; so they do at the few places at which a disk or hub changes D. Any other effect that changes
+the rotor changes D and F anywhere: motion and rows are then solved for over the whole shaft, with one factorisation per speed.
 
 What effects themselves do is differenced: impedances, sizes of loads, matrices of the rotor, and what forces by laws and probes
 make of the motion. These are small arrays, and no rotor is solved for them.
@@ -25,9 +25,11 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.numerics.differences import CentralDifferences, central_differences
 from ksmea.problem.load import Load
-from problems.rotor.extension.rotor_slopes import PROBE_STEP, STEP, WholeShaft, ends, seen_changes
+from problems.rotor.extension.local_change import LocalChanges
+from problems.rotor.extension.rotor_slopes import PROBE_STEP, STEP, WholeShaft, ends, seen_changes, slope_at
 from problems.rotor.extension.with_effects import RotorWithEffects
 from problems.rotor.response.banded import solve_both_ways
+from problems.rotor.response.receptance import Reduction
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +54,7 @@ def linearised(problem: RotorWithEffects, x: Array, loads: tuple[Load, ...] = ()
     n_own, n_unit = sizes.shape[1], len(problem.unit_loads_with(loads))
     weights = np.zeros((n_own + n_unit, 1 + n_unit), dtype=complex)  # of the loads in each column
     weights[:n_own, 0], weights[n_own:, 1:] = sizes[0], np.eye(n_unit)
-    solve = _at_ports if np.all(problem.of_probes[problem.costly]) else _over_shaft
-    solution = solve(problem, x, impedance[:, 0], weights, loads)
+    solution = _solution(problem, x, impedance[:, 0], weights, loads)
 
     columns = np.einsum("rls,lc->rcs", solution.seen, weights)
     change = np.zeros((len(x), *columns.shape), dtype=complex)  # (d, n_seen, n_column, n_speed)
@@ -88,10 +89,21 @@ def _shown(
     return shown[0], differences.derivative(shown[1:])
 
 
+def _solution(
+    problem: RotorWithEffects, x: Array, impedance: ComplexArray, weights: ComplexArray, loads: tuple[Load, ...]
+) -> Solution:
+    """Solution with impedances (n_impedance, n_speed), by the cheapest route that serves the effects."""
+    if np.all(problem.of_probes[problem.costly]):
+        return _at_ports(problem, x, impedance, weights, loads)
+    known = problem.at_changes(tuple(x[problem.costly]), loads)
+    local = None if known is None else _at_changes(problem, x, *known, impedance, weights)
+    return _over_shaft(problem, x, impedance, weights, loads) if local is None else local
+
+
 def _at_ports(
     problem: RotorWithEffects, x: Array, impedance: ComplexArray, weights: ComplexArray, loads: tuple[Load, ...]
 ) -> Solution:
-    """With impedances (n_impedance, n_speed), by the receptances of a rotor whose probes alone may move."""
+    """Solution by the receptances of a rotor whose probes alone may move."""
     reduction = problem.reduction(tuple(x[problem.costly]), loads)
     n_port, n_row = reduction.n_port, len(reduction.receptance)
     slopes = [_probe_slope(problem, x, unknown, loads)[n_port:] for unknown in problem.costly]  # rows like any others
@@ -108,6 +120,33 @@ def _probe_slope(problem: RotorWithEffects, x: Array, unknown: int, loads: tuple
     below, above = ends(problem, x, unknown, PROBE_STEP)
     first, second = (problem.reduction(tuple(end[problem.costly]), loads).receptance for end in (below, above))
     return np.asarray((second - first) / (above[unknown] - below[unknown]))
+
+
+def _at_changes(
+    problem: RotorWithEffects,
+    x: Array,
+    changes: LocalChanges,
+    reduction: Reduction,
+    impedance: ComplexArray,
+    weights: ComplexArray,
+) -> Solution | None:
+    """Solution by the receptances of a rotor, seen also from the few places at which unknowns change it.
+
+    None if a derivative touches other places.
+    """
+    n_port, n = reduction.n_port, len(changes.dof)
+    receptance = reduction.receptance_on(impedance)
+    loaded = receptance[:, n_port:-n]
+    seen, at_dof = loaded[n_port:-n], np.einsum("als,lc->sac", loaded[-n:], weights)
+    costly = {}
+    for unknown in map(int, problem.costly):
+        slope = slope_at(problem, x, unknown)
+        if (place := changes.places_of(slope.dof)) is None:
+            return None
+        push = dataclasses.replace(slope, dof=place).times(problem.base.speed, at_dof)
+        costly[unknown] = -np.einsum("ras,sac->rcs", receptance[n_port:-n, -n:][:, place], push)
+    columns_at_ports = np.einsum("pls,lc->pcs", loaded[:n_port], weights)
+    return Solution(seen, receptance[n_port:-n, :n_port], columns_at_ports, costly)
 
 
 def _over_shaft(

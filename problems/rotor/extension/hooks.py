@@ -36,6 +36,7 @@ class RotorHooks(ABC):
     changes_rotor = Given("rotor")
     moves_probes = Given("moved")
     has_loads = Given("loads")  # with `load_sizes`
+    multiplies: ClassVar[bool] = False  # its changes are in parts of what other effects change
     turns = Given("turning_rows")  # with `turning_stiffness` and `weight`
     # Effects act from the lowest stage to the highest, in whatever order they were added: what a probe sees (0) before its
     # gain (2). Supports carry the bearings as all other effects leave them.
@@ -105,7 +106,7 @@ class RotorHooks(ABC):
     def linear(self, n_unknown: int) -> Mask:
         """Mask (e,) of the unknowns on which the rotor's matrices depend linearly.
 
-        The dependence is linear at any values of the others.
+        They do so jointly, and nothing else of the rotor depends on them: neither loads nor what probes read.
 
         Args:
             n_unknown: number e of its unknowns.

@@ -157,7 +157,7 @@ def seen_changes(
         if problem.of_probes[unknown]:
             read[place] = _read_change(shaft, x, unknown, motion)
             continue
-        slope = _slope(problem, x, unknown)
+        slope = slope_at(problem, x, unknown)
         push[:, slope.dof, place] -= slope.times(speed, motion)
         if not problem.linear[unknown] or problem.loads_follow_rotor:
             below, above, width = _ends(shaft, x, unknown, MATRIX_STEP)
@@ -196,7 +196,7 @@ def _read_change(shaft: WholeShaft, x: Array, unknown: int, motion: ComplexArray
     return found
 
 
-def _slope(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
+def slope_at(problem: RotorWithEffects, x: Array, unknown: int) -> MatrixSlope:
     """∂/∂x of the matrices with one unknown.
 
     Parts that depend on no other changed value are known already.

@@ -1,6 +1,4 @@
-"""A rotor with all its effects.
-
-Its matrices, the impedances of its bearings, the forces on it, and the readings of its probes.
+"""A rotor with all its effects: impedances of its bearings, forces on it, readings of its probes.
 
 Values of all unknowns are rows of x (n, d), SI: first the rotor's own unknowns, then the unknowns of each effect.
 """
@@ -9,18 +7,19 @@ from __future__ import annotations
 
 import itertools
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Indices, Mask
+from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.numerics.differences import recent
 from ksmea.problem.load import Load
-from ksmea.problem.parameters import Parameter, Parameters
-from problems.rotor.extension.hooks import RotorHooks, effect_unknowns
+from problems.rotor.extension.changed_rotor import ChangedRotor
+from problems.rotor.extension.hooks import RotorHooks
+from problems.rotor.extension.local_change import LocalChanges
 from problems.rotor.extension.run_up import Sweep
 from problems.rotor.extension.site_law import Force, SiteLaw, split_by_law, with_linear_forces
 from problems.rotor.finite_elements.bearing import Support, in_series_with, ports_on
@@ -28,100 +27,17 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.response.links import Impedance
 from problems.rotor.response.model import impedances_of
-from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.receptance import Reduction, ShaftMotion, at_harmonic, reduce_rotor, shaft_motion
 from problems.rotor.response.unknowns import Inputs
 
-MAX_ROTORS = 8  # kept as effects have changed them
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
+MAX_LOCAL = 8  # kept of rotors that are also seen from where effects change them
 MAX_MOTIONS = 2  # kept of whole shafts: large ones have 100 MB
 
 
 @dataclass(frozen=True, eq=False)
-class RotorWithEffects:
+class RotorWithEffects(ChangedRotor):
     """A rotor and effects, by their hooks (`problems/rotor/extension/hooks.py`)."""
-
-    base: RotorProblem  # without effects
-    effects: tuple[RotorHooks, ...]
-
-    @cached_property
-    def _unknowns(self) -> tuple[tuple[Parameter, ...], ...]:
-        return (self.base.parameters.items, *effect_unknowns(self.base, self.effects))
-
-    @cached_property
-    def parameters(self) -> Parameters:
-        return Parameters(tuple(itertools.chain(*self._unknowns)))
-
-    @cached_property
-    def _columns(self) -> list[Indices]:
-        """Columns of the rotor's own unknowns, then of the unknowns of each effect."""
-        counts = [len(items) for items in self._unknowns]
-        return np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
-
-    def parts(self, x: Array) -> tuple[Array, list[Array]]:
-        """Values (n, …) of the rotor's own unknowns, and of the unknowns of each effect."""
-        own, *of_effects = (x[:, columns] for columns in self._columns)
-        return own, of_effects
-
-    @cached_property
-    def _costly(self) -> list[Indices]:
-        """Indices, for each effect, of its own unknowns that change the rotor itself or move its probes."""
-        return [effect.costly(len(columns)) for effect, columns in zip(self.effects, self._columns[1:])]
-
-    @cached_property
-    def costly(self) -> Indices:
-        """Indices of the unknowns that change the rotor itself or move its probes."""
-        found = [columns[own] for own, columns in zip(self._costly, self._columns[1:])]
-        return np.concatenate([np.empty(0, dtype=int), *found])
-
-    @cached_property
-    def linear(self) -> Mask:
-        """Mask (d,) of the unknowns on which the rotor's matrices depend linearly.
-
-        It holds at any values of the others.
-        """
-        return self._mask(lambda effect, n_unknown: effect.linear(n_unknown))
-
-    @cached_property
-    def of_probes(self) -> Mask:
-        """Which unknowns (d,) move probes, and change nothing of the rotor."""
-        return self._mask(lambda effect, n_unknown: effect.of_probes(n_unknown))
-
-    def _mask(self, asked: Callable[[RotorHooks, int], Mask]) -> Mask:
-        found = np.zeros(len(self.parameters), dtype=bool)
-        for effect, columns in zip(self.effects, self._columns[1:]):
-            found[columns] = asked(effect, len(columns))
-        return found
-
-    @property
-    def loads_follow_rotor(self) -> bool:
-        """Whether effects load the rotor, as its matrices may say."""
-        return any(effect.has_loads for effect in self.effects)
-
-    @cached_property
-    def changing_rotor(self) -> tuple[RotorHooks, ...]:
-        """The effects that change the rotor or move its probes."""
-        return tuple(effect for effect, own in zip(self.effects, self._costly) if len(own) or effect.is_held)
-
-    def rotor_with(self, x: Array) -> Rotor:
-        """The rotor as effects change it at values (d,) SI; its bearings and unbalance are nominal."""
-        return self.changed_rotor(self.base.rotor, x[self.costly])
-
-    def changed_rotor(self, rotor: Rotor, changing: Array) -> Rotor:
-        """A rotor as effects change it, by the values of the costly unknowns."""
-
-        def made() -> Rotor:
-            changed = rotor
-            for effect, theta in self._changing(changing):
-                if effect.changes_rotor:
-                    changed = effect.rotor(changed, theta)
-            return changed
-
-        return recent(self._rotors, changing.tobytes(), made, MAX_ROTORS) if rotor is self.base.rotor else made()
-
-    @cached_property
-    def _rotors(self) -> OrderedDict[Hashable, Rotor]:
-        return OrderedDict()
 
     def channels_with(self, changing: Array) -> tuple[Channel, ...]:
         """The seen channels where effects put their probes, by the values of the costly unknowns."""
@@ -136,19 +52,6 @@ class RotorWithEffects:
         """A probe that several changes together would move beyond an end of the shaft looks at that end."""
         within = min(max(channel.position, 0.0), self.base.rotor.length)
         return channel if within == channel.position else replace(channel, position=within)
-
-    def _changing(self, changing: Array) -> Iterator[tuple[RotorHooks, Array]]:
-        """Effects that change the rotor or move its probes, and the values of their own unknowns.
-
-        The value is 0 for each one that is not costly.
-        """
-        start = 0
-        for effect, own, columns in zip(self.effects, self._costly, self._columns[1:]):
-            if len(own) or effect.is_held:
-                theta = np.zeros(len(columns))
-                theta[own] = changing[start : start + len(own)]
-                start += len(own)
-                yield effect, theta
 
     @cached_property
     def impedances(self) -> tuple[Impedance, ...]:
@@ -335,6 +238,8 @@ class RotorWithEffects:
         base, seen = self.base, self.channels_with(np.array(changing))
 
         def reduced() -> Reduction:
+            if harmonic == 1 and (known := self.at_changes(changing, loads)) is not None:
+                return known[0].without_dof(known[1])
             rotor, units = self.changed_rotor(base.rotor, np.array(changing)), self.unit_loads_with(loads)
             rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
             forces = self.further_forces(rotor, loads, harmonic)
@@ -348,6 +253,47 @@ class RotorWithEffects:
             kept = base.reductions_beside_effects
             return recent(kept, (self.impedances, seen, loads, harmonic), reduced, MAX_REDUCTIONS)
         return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
+
+    def at_changes(self, changing: tuple[float, ...], loads: tuple[Load, ...]) -> tuple[LocalChanges, Reduction] | None:
+        """The few places at which effects change the rotor, and its reduction that is also seen from there.
+
+        None if they change it at many places, or more of it than its matrices.
+        """
+        changes = recent(self._changes, loads, partial(self._local_changes, loads), MAX_LOCAL)
+        if changes is None:
+            return None
+        make = partial(self._seen_from, changes, np.array(changing))
+        return recent(self._at_changes, (changing, loads), make, MAX_LOCAL)
+
+    def _seen_from(self, changes: LocalChanges, changing: Array) -> tuple[LocalChanges, Reduction] | None:
+        found = changes.reduction_of(self.changed_rotor(self.base.rotor, changing))
+        return None if found is None else (changes, found)
+
+    def _local_changes(self, loads: tuple[Load, ...]) -> LocalChanges | None:
+        if not len(self.costly) or np.any(self.of_probes[self.costly]) or self.loads_follow_rotor:
+            return None
+        lower, upper = (limits[self.costly] for limits in (self.parameters.lower, self.parameters.upper))
+        try:
+            rotors = [
+                self.changed_rotor(self.base.rotor, each)
+                for each in (np.clip(0.0, lower, upper), lower, upper, (lower + upper) / 2)
+            ]
+        except SettingError:  # limits of several effects may leave no rotor
+            return None
+        units, speed = self.unit_loads_with(loads), self.base.speed
+        key = (rotors[0], *rotors[1:3], self.impedances, self.seen_channels, units)
+        make = partial(LocalChanges.between, rotors[0], rotors[1:], self.impedances, speed, self.seen_channels, units)
+        return recent(self.base.local_changes, key, make, MAX_REDUCTIONS)
+
+    @cached_property
+    def _changes(self) -> OrderedDict[tuple[Load, ...], LocalChanges | None]:
+        return OrderedDict()
+
+    @cached_property
+    def _at_changes(
+        self,
+    ) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...]], tuple[LocalChanges, Reduction] | None]:
+        return OrderedDict()
 
     @cached_property
     def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...], float], Reduction]:

@@ -7,7 +7,8 @@ comes with damping that turns with the shaft, which sees the velocity q̇ − Ω
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import TypeVar
@@ -18,7 +19,7 @@ from ksmea.arrays import Array, Indices
 from ksmea.measurement.channel import DIRECTIONS
 from problems.rotor.finite_elements import shaft
 from problems.rotor.finite_elements.beside_node import bearing_rows, disk_rows
-from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.data import SAME_PLACE, Hub, Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE, Element, element_at, elements, locate
 from problems.rotor.finite_elements.segments import CouplingSegment, Disk, ShaftSegment
 
@@ -154,12 +155,14 @@ def assemble_differing(first: Rotor, second: Rotor) -> tuple[Indices, Matrices, 
 
     Whole matrices differ by as much.
     """
-    of_shaft = ("internal_damping", "external_damping", "axial_force", "hubs")
+    of_shaft = ("internal_damping", "external_damping", "axial_force")
     if any(getattr(first, name) != getattr(second, name) for name in of_shaft):
         segments: Sequence[int] = range(len(first.segments))
     else:
         pairs = zip(first.segments, second.segments, strict=True)
-        segments = [index for index, pair in enumerate(pairs) if _differ(*pair)]
+        hubs, others = Counter(first.hubs), Counter(second.hubs)
+        under = _under(first, (hubs - others) + (others - hubs))
+        segments = [index for index, pair in enumerate(pairs) if index in under or _differ(*pair)]
     pairs_of_disks = zip((*first.disks, *first.masses), (*second.disks, *second.masses), strict=True)
     differing = [  # off its node, a disk moves as the shaft does
         pair for pair in pairs_of_disks if _differ(*pair) or (segments and any(disk.offset for disk in pair))
@@ -170,6 +173,20 @@ def assemble_differing(first: Rotor, second: Rotor) -> tuple[Indices, Matrices, 
     window = range(min(touched), max(touched) + 1) if touched else range(0)
     one, other = (_assembled(rotor, segments, own, window) for rotor, own in zip((first, second), seated))
     return DOF_PER_NODE * window.start + np.arange(DOF_PER_NODE * len(window)), one, other
+
+
+def _under(rotor: Rotor, hubs: Collection[Hub]) -> set[int]:
+    """Indices of the segments that hubs reach."""
+    if not hubs:
+        return set()
+    ends = list(itertools.accumulate((segment.length for segment in rotor.segments), initial=0.0))
+    reach = [(hub.position - hub.width / 2, hub.position + hub.width / 2) for hub in hubs]
+    near = SAME_PLACE * rotor.length  # by rounding, too many rather than too few
+    return {
+        index
+        for index, (left, right) in enumerate(itertools.pairwise(ends))
+        if any(low < right + near and high > left - near for low, high in reach)
+    }
 
 
 def _differ(one: object, other: object) -> bool:

@@ -30,6 +30,12 @@ class NumberEffect(RotorEffect):
     Its one size is the change of all of them, times the scale of each place.
     """
 
+    multiplies: ClassVar[bool] = True
+    is_linear: ClassVar[bool] = False  # the rotor's matrices are linear in its size, and nothing else depends on it
+
+    def linear(self, n_unknown: int) -> Mask:
+        return np.full(n_unknown, self.is_linear)
+
     @abstractmethod
     def numbers_of(self, rotor: Rotor) -> Iterator[Place]:
         """Places of these numbers in a rotor."""

@@ -122,6 +122,14 @@ class RotorModel:
         """Kept for effects that leave the rotor and its loads as they are, by what they make of it."""
         return OrderedDict()
 
+    @cached_property
+    def local_changes(self) -> OrderedDict[Hashable, Any]:
+        """Kept for effects that change the rotor at a few degrees of freedom.
+
+        `problems/rotor/extension/local_change.py` makes them.
+        """
+        return OrderedDict()
+
 
 def checked_sets(x: Array, parameters: Parameters) -> Array:
     """Parameter sets (n, d), if that is what they are."""

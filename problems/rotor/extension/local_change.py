@@ -1,0 +1,125 @@
+"""Changes of a rotor at a few of its degrees of freedom, by its receptances there.
+
+With the receptance H of the rotor without the change, between these degrees of freedom a and all that reads or loads the rotor, a change
+ΔD of its dynamic stiffness gives
+
+    H ← H − H[:, a] (1 + ΔD H[a, a])⁻¹ ΔD H[a, :],
+
+the structural modification of H. N. Özgüven (Mech. Syst. Signal Process. 4 (1990) 53–63, doi 10.1016/0888-3270(90)90040-R). The shaft is
+then solved once for all changes there.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array, Indices
+from ksmea.measurement.channel import Channel
+from ksmea.problem.load import Load
+from problems.rotor.finite_elements.assembly import Matrices, assemble_differing
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.loads import force_per_unbalance, unit_loads
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE
+from problems.rotor.response.dense import channel_rows, dynamic_stiffness
+from problems.rotor.response.links import Impedance
+from problems.rotor.response.receptance import Reduction, reduce_rotor
+
+MOST_DOF = 12  # of three nodes: with many more, a solution of the whole shaft costs as little
+CHANGEABLE = ("segments", "disks", "masses", "hubs")  # fields of a rotor that do nothing but enter its matrices
+
+
+@dataclass(frozen=True, eq=False)
+class LocalChanges:
+    """A rotor that is also seen from the few degrees of freedom at which others differ from it."""
+
+    rotor: Rotor
+    dof: Indices  # (n,), sorted
+    reduction: Reduction  # whose last n rows and columns are these
+
+    @classmethod
+    def between(
+        cls,
+        rotor: Rotor,
+        others: Iterable[Rotor],
+        impedances: tuple[Impedance, ...],
+        speed: Array,
+        channels: Sequence[Channel],
+        loads: Sequence[Load],
+    ) -> LocalChanges | None:
+        """Changes from a rotor to others, as read by channels under unbalance and unit loads.
+
+        None if the matrices differ at more than `MOST_DOF` degrees of freedom, or if not they alone differ: bearings, loads, or what
+        channels read.
+        """
+        found: set[int] = set()
+        for other in others:
+            if not _differ_in_matrices_alone(rotor, other, channels, loads):
+                return None
+            window, difference = _difference(rotor, other)
+            found.update(map(int, window[_touched(difference)]))
+            if len(found) > MOST_DOF:
+                return None
+        if not found:
+            return None
+        dof = np.array(sorted(found), dtype=int)
+        rows = np.eye(DOF_PER_NODE * len(rotor.node_positions))[dof]
+        forces = [
+            *([unit_loads(rotor, loads, len(speed))] if loads else []),
+            np.broadcast_to(rows.T, (len(speed), *rows.T.shape)),
+        ]
+        return cls(
+            rotor, dof, reduce_rotor(rotor, impedances, speed, channels, np.concatenate(forces, axis=2), rows=rows)
+        )
+
+    def reduction_of(self, other: Rotor) -> Reduction | None:
+        """The reduction of another rotor, these degrees of freedom included; None if it differs elsewhere too."""
+        window, difference = _difference(self.rotor, other)
+        touched, n = _touched(difference), len(self.dof)
+        place = self.places_of(window[touched])
+        if place is None:
+            return None
+        own, speed = np.ix_(touched, touched), self.reduction.speed
+        change = np.zeros((len(speed), n, n), dtype=complex)
+        change[:, place[:, None], place] = dynamic_stiffness(Matrices(*(part[own] for part in difference)), speed)
+        receptance = np.moveaxis(self.reduction.receptance, 2, 0)
+        felt = change @ receptance[:, -n:]
+        moved = np.linalg.solve(np.eye(n) + felt[:, :, -n:], felt)
+        changed = receptance - receptance[:, :, -n:] @ moved
+        return dataclasses.replace(self.reduction, receptance=np.ascontiguousarray(np.moveaxis(changed, 0, 2)))
+
+    def without_dof(self, reduction: Reduction) -> Reduction:
+        """A reduction of a changed rotor without these degrees of freedom."""
+        n = len(self.dof)
+        return dataclasses.replace(reduction, receptance=np.ascontiguousarray(reduction.receptance[:-n, :-n]))
+
+    def places_of(self, dof: Indices) -> Indices | None:
+        """Indices of some degrees of freedom among these; None if they are not all among them."""
+        return np.searchsorted(self.dof, dof) if np.all(np.isin(dof, self.dof)) else None
+
+
+def _differ_in_matrices_alone(one: Rotor, other: Rotor, channels: Sequence[Channel], loads: Sequence[Load]) -> bool:
+    """Whether two rotors have equal bearings, forces of unbalance and of unit loads, and rows of channels."""
+    spin = np.ones(1)
+    return (
+        dataclasses.replace(one, **{name: getattr(other, name) for name in CHANGEABLE}) == other
+        and np.array_equal(channel_rows(one, channels), channel_rows(other, channels))
+        and np.array_equal(force_per_unbalance(one, spin), force_per_unbalance(other, spin))
+        and (not loads or np.array_equal(unit_loads(one, loads, 1), unit_loads(other, loads, 1)))
+    )
+
+
+def _difference(one: Rotor, other: Rotor) -> tuple[Indices, list[Array]]:
+    """Degrees of freedom (n,) at which rotors may differ, and differences (n, n) of matrices there."""
+    window, first, second = assemble_differing(one, other)
+    fields = [field.name for field in dataclasses.fields(Matrices)]
+    pairs = [(getattr(first, name), getattr(second, name)) for name in fields]
+    return window, [after - before for before, after in pairs if before is not None and after is not None]
+
+
+def _touched(difference: Sequence[Array]) -> Indices:
+    """Indices of the rows in which matrices (n, n) are not all zero."""
+    return np.flatnonzero(np.any([np.any(part != 0, axis=0) for part in difference], axis=0))
