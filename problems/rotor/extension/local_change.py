@@ -29,6 +29,7 @@ from problems.rotor.response.links import Impedance
 from problems.rotor.response.receptance import Reduction, reduce_rotor
 
 MOST_DOF = 12  # of three nodes: with many more, a solution of the whole shaft costs as little
+KEPT_BYTES = 2**28  # of reductions that problems with effects on one rotor share
 CHANGEABLE = ("segments", "disks", "masses", "hubs")  # fields of a rotor that do nothing but enter its matrices
 
 
@@ -67,13 +68,9 @@ class LocalChanges:
             return None
         dof = np.array(sorted(found), dtype=int)
         rows = np.eye(DOF_PER_NODE * len(rotor.node_positions))[dof]
-        forces = [
-            *([unit_loads(rotor, loads, len(speed))] if loads else []),
-            np.broadcast_to(rows.T, (len(speed), *rows.T.shape)),
-        ]
-        return cls(
-            rotor, dof, reduce_rotor(rotor, impedances, speed, channels, np.concatenate(forces, axis=2), rows=rows)
-        )
+        columns = np.concatenate([*(unit_loads(rotor, [load], 1)[0] for load in loads), rows.T], axis=1)
+        forces = np.broadcast_to(columns.astype(complex), (len(speed), *columns.shape))
+        return cls(rotor, dof, reduce_rotor(rotor, impedances, speed, channels, forces, rows=rows))
 
     def reduction_of(self, other: Rotor) -> Reduction | None:
         """The reduction of another rotor, these degrees of freedom included; None if it differs elsewhere too."""
@@ -99,6 +96,15 @@ class LocalChanges:
     def places_of(self, dof: Indices) -> Indices | None:
         """Indices of some degrees of freedom among these; None if they are not all among them."""
         return np.searchsorted(self.dof, dof) if np.all(np.isin(dof, self.dof)) else None
+
+
+def most_kept(n_speed: int) -> int:
+    """Number of local changes of one rotor that are kept, by the memory of such with 30 rows and columns.
+
+    >>> most_kept(50), most_kept(2000)
+    (372, 9)
+    """
+    return max(1, KEPT_BYTES // (n_speed * 30 * 30 * 16))
 
 
 def _differ_in_matrices_alone(one: Rotor, other: Rotor, channels: Sequence[Channel], loads: Sequence[Load]) -> bool:

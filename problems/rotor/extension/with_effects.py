@@ -19,7 +19,7 @@ from ksmea.numerics.differences import recent
 from ksmea.problem.load import Load
 from problems.rotor.extension.changed_rotor import ChangedRotor
 from problems.rotor.extension.hooks import RotorHooks
-from problems.rotor.extension.local_change import LocalChanges
+from problems.rotor.extension.local_change import LocalChanges, most_kept
 from problems.rotor.extension.run_up import Sweep
 from problems.rotor.extension.site_law import Force, SiteLaw, split_by_law, with_linear_forces
 from problems.rotor.finite_elements.bearing import Support, in_series_with, ports_on
@@ -31,7 +31,7 @@ from problems.rotor.response.receptance import Reduction, ShaftMotion, at_harmon
 from problems.rotor.response.unknowns import Inputs
 
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
-MAX_LOCAL = 8  # kept of rotors that are also seen from where effects change them
+MAX_LOCAL = 2  # kept of rotors that are also seen from where effects change them
 MAX_MOTIONS = 2  # kept of whole shafts: large ones have 100 MB
 
 
@@ -283,7 +283,7 @@ class RotorWithEffects(ChangedRotor):
         units, speed = self.unit_loads_with(loads), self.base.speed
         key = (rotors[0], *rotors[1:3], self.impedances, self.seen_channels, units)
         make = partial(LocalChanges.between, rotors[0], rotors[1:], self.impedances, speed, self.seen_channels, units)
-        return recent(self.base.local_changes, key, make, MAX_REDUCTIONS)
+        return recent(self.base.local_changes, key, make, most_kept(len(speed)))
 
     @cached_property
     def _changes(self) -> OrderedDict[tuple[Load, ...], LocalChanges | None]:
