@@ -76,6 +76,18 @@ Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
 
 
+class Kept(OrderedDict[Key, Value]):
+    """Large results of `recent` that stay in their process: another one receives none of them.
+
+    >>> import pickle
+    >>> pickle.loads(pickle.dumps(Kept(a=1)))
+    Kept()
+    """
+
+    def __reduce__(self) -> tuple[type[Kept[Key, Value]], tuple[()]]:
+        return Kept, ()
+
+
 def recent(kept: OrderedDict[Key, Value], key: Key, make: Callable[[], Value], most: int) -> Value:
     """Return the value kept under a key, made if missing; the `most` last requested values are kept.
 

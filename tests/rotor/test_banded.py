@@ -5,9 +5,21 @@ import dataclasses
 import numpy as np
 import pytest
 
+from ksmea.problem.load import Load
 from problems.rotor.finite_elements.assembly import Matrices, assemble
-from problems.rotor.response import dense
-from problems.rotor.response.banded import DIAGONAL, HALF_BANDWIDTH, dynamic_stiffness_band, solve, solve_both_ways
+from problems.rotor.finite_elements.loads import unit_loads
+from problems.rotor.response import dense, receptance
+from problems.rotor.response.banded import (
+    DIAGONAL,
+    HALF_BANDWIDTH,
+    dynamic_stiffness_band,
+    factorised,
+    solve,
+    solve_both_ways,
+    solve_factorised,
+)
+from problems.rotor.response.model import impedances_of
+from problems.rotor.response.receptance import FactoredShaft, shaft_motion
 from problems.three_disk import ThreeDisk
 
 SPEED = np.linspace(20.0, 2000.0, 40)
@@ -42,6 +54,30 @@ def test_a_singular_rotor_is_refused():
     none = np.zeros((8, 8))
     with pytest.raises(np.linalg.LinAlgError, match="singular"):
         solve(dynamic_stiffness_band(Matrices(none, none, none, none, none), SPEED[:2]), np.ones((2, 8, 1), complex))
+
+
+def test_kept_factors_give_each_solution_to_the_bit(matrices):
+    """Elimination and substitutions are those of `solve`, in two calls of LAPACK."""
+    rng = np.random.default_rng(2)
+    force = rng.standard_normal((len(SPEED), len(matrices.mass), 3, 2)) @ [1, 1j]
+    factors = factorised(dynamic_stiffness_band(matrices, SPEED))
+    for part in (force, force[..., :1]):
+        assert np.array_equal(solve_factorised(*factors, part), solve(dynamic_stiffness_band(matrices, SPEED), part))
+    with pytest.raises(np.linalg.LinAlgError, match="singular"):
+        none = np.zeros((8, 8))
+        factorised(dynamic_stiffness_band(Matrices(none, none, none, none, none), SPEED[:2]))
+
+
+@pytest.mark.parametrize("is_loaded", [False, True])
+def test_a_factored_rotor_moves_as_one_that_is_solved_anew(is_loaded, monkeypatch):
+    problem = ThreeDisk(mesh=13).build()
+    impedances = impedances_of(problem.rotor, problem.unknowns)
+    loads = unit_loads(problem.rotor, [Load(0.77, "x")], len(problem.speed)) if is_loaded else None
+    factored = FactoredShaft.of(problem.rotor, impedances, problem.speed)
+    expected = shaft_motion(problem.rotor, impedances, problem.speed, loads)
+    assert np.array_equal(factored.under(loads).motion, expected.motion)
+    monkeypatch.setattr(receptance, "MOST_KEPT", 100)
+    assert FactoredShaft.of(problem.rotor, impedances, problem.speed) is None
 
 
 def test_motion_and_adjoint_rows_agree_with_dense_ones(matrices):

@@ -26,7 +26,7 @@ from problems.rotor.finite_elements.loads import force_per_unbalance, unit_loads
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.response.dense import channel_rows, dynamic_stiffness
 from problems.rotor.response.links import Impedance
-from problems.rotor.response.receptance import Reduction, reduce_rotor
+from problems.rotor.response.receptance import FactoredShaft, Reduction, reduce_rotor
 
 MOST_DOF = 12  # of three nodes: with many more, a solution of the whole shaft costs as little
 KEPT_BYTES = 2**28  # of reductions that problems with effects on one rotor share
@@ -50,11 +50,12 @@ class LocalChanges:
         speed: Array,
         channels: Sequence[Channel],
         loads: Sequence[Load],
+        factored: FactoredShaft | None = None,
     ) -> LocalChanges | None:
         """Changes from a rotor to others, as read by channels under unbalance and unit loads.
 
         None if the matrices differ at more than `MOST_DOF` degrees of freedom, or if not they alone differ: bearings, loads, or what
-        channels read.
+        channels read. The rotor may be there `factored`.
         """
         found: set[int] = set()
         for other in others:
@@ -70,7 +71,11 @@ class LocalChanges:
         rows = np.eye(DOF_PER_NODE * len(rotor.node_positions))[dof]
         columns = np.concatenate([*(unit_loads(rotor, [load], 1)[0] for load in loads), rows.T], axis=1)
         forces = np.broadcast_to(columns.astype(complex), (len(speed), *columns.shape))
-        return cls(rotor, dof, reduce_rotor(rotor, impedances, speed, channels, forces, rows=rows))
+        if factored is None:
+            reduction = reduce_rotor(rotor, impedances, speed, channels, forces, rows=rows)
+        else:
+            reduction = factored.under(forces).read_by(rotor, channels, rows)
+        return cls(rotor, dof, reduction)
 
     def reduction_of(self, other: Rotor) -> Reduction | None:
         """The reduction of another rotor, these degrees of freedom included; None if it differs elsewhere too."""

@@ -243,6 +243,9 @@ class RotorWithEffects(ChangedRotor):
             rotor, units = self.changed_rotor(base.rotor, np.array(changing)), self.unit_loads_with(loads)
             rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
             forces = self.further_forces(rotor, loads, harmonic)
+            is_base = harmonic == 1 and replace(rotor, housing_probes=base.rotor.housing_probes) == base.rotor
+            if is_base and (shaft := base.factored(self.impedances)) is not None:
+                return shaft.under(forces).read_by(rotor, seen)
             if not np.any(self.of_probes[self.costly]):
                 return reduce_rotor(rotor, self.impedances, base.speed, seen, forces, rows=rows, harmonic=harmonic)
             of_rotor = tuple(np.where(self.of_probes[self.costly], 0.0, changing))
@@ -273,16 +276,19 @@ class RotorWithEffects(ChangedRotor):
         if not len(self.costly) or np.any(self.of_probes[self.costly]) or self.loads_follow_rotor:
             return None
         lower, upper = (limits[self.costly] for limits in (self.parameters.lower, self.parameters.upper))
+        least = np.clip(0.0, lower, upper)
+        is_base = not np.any(least) and not any(effect.is_held for effect in self.changing_rotor)
         try:
-            rotors = [
-                self.changed_rotor(self.base.rotor, each)
-                for each in (np.clip(0.0, lower, upper), lower, upper, (lower + upper) / 2)
-            ]
+            rotors = [self.changed_rotor(self.base.rotor, each) for each in (least, lower, upper, (lower + upper) / 2)]
         except SettingError:  # limits of several effects may leave no rotor
             return None
         units, speed = self.unit_loads_with(loads), self.base.speed
         key = (rotors[0], *rotors[1:3], self.impedances, self.seen_channels, units)
-        make = partial(LocalChanges.between, rotors[0], rotors[1:], self.impedances, speed, self.seen_channels, units)
+        make = partial(
+            LocalChanges.between,
+            *(rotors[0], rotors[1:], self.impedances, speed, self.seen_channels, units),
+            self.base.factored(self.impedances) if is_base else None,
+        )
         return recent(self.base.local_changes, key, make, most_kept(len(speed)))
 
     @cached_property

@@ -9,11 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg.lapack import zgbsv, zgbtrf, zgbtrs
 
 from ksmea.arrays import Array, ComplexArray
 from problems.rotor.finite_elements.assembly import Matrices
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
+
+Array32 = NDArray[np.int32]
 
 HALF_BANDWIDTH = 2 * DOF_PER_NODE - 1
 DIAGONAL = 2 * HALF_BANDWIDTH  # behind as many places again, which the pivoting of gbsv fills
@@ -71,6 +74,28 @@ def solve(band: ComplexArray, force: ComplexArray) -> ComplexArray:
         *_, info = zgbsv(HALF_BANDWIDTH, HALF_BANDWIDTH, columns.T, rows.T, overwrite_ab=True, overwrite_b=True)
         if info:
             raise np.linalg.LinAlgError("dynamic stiffness: expected a regular matrix, got a singular one")
+    return np.swapaxes(motion, 1, 2)
+
+
+def factorised(band: ComplexArray) -> tuple[ComplexArray, Array32]:
+    """LU factors of D at each speed, as bands (n_speed, n_dof, WIDTH), and their pivots (n_speed, n_dof).
+
+    `band` is used up. Raises `LinAlgError` if D is singular.
+    """
+    pivots = np.empty(band.shape[:2], dtype=np.int32)
+    for columns, own in zip(band, pivots, strict=True):
+        factors, own[:], info = zgbtrf(columns.T, HALF_BANDWIDTH, HALF_BANDWIDTH, overwrite_ab=True)
+        if info:
+            raise np.linalg.LinAlgError("dynamic stiffness: expected a regular matrix, got a singular one")
+        columns[:] = factors.T
+    return band, pivots
+
+
+def solve_factorised(factors: ComplexArray, pivots: Array32, force: ComplexArray) -> ComplexArray:
+    """D⁻¹ f at each speed, (n_speed, n_dof, n_force), to the bit as `solve` finds it."""
+    motion = np.array(np.swapaxes(force, 1, 2), dtype=complex, order="C")
+    for columns, own, rows in zip(factors, pivots, motion, strict=True):
+        zgbtrs(columns.T, HALF_BANDWIDTH, HALF_BANDWIDTH, rows.T, own, overwrite_b=True)
     return np.swapaxes(motion, 1, 2)
 
 

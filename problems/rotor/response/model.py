@@ -11,7 +11,7 @@ import cmath
 from collections import OrderedDict
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,13 +19,14 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
+from ksmea.numerics.differences import Kept, recent
 from ksmea.problem.load import Load
 from ksmea.problem.parameters import Parameters
 from problems.rotor.finite_elements.bearing import Bearing, numbers_of
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.response.links import Impedance
-from problems.rotor.response.receptance import Reduction, reduce_rotor
+from problems.rotor.response.receptance import FactoredShaft, Reduction, reduce_rotor
 from problems.rotor.response.unknown_checks import check_unknowns
 from problems.rotor.response.unknowns import (
     BearingTarget,
@@ -40,6 +41,8 @@ from problems.rotor.response.unknowns import (
 )
 
 Values = TypeVar("Values", Array, ComplexArray)
+
+MAX_FACTORED = 3  # kept of rotors with their factors, which differ in the impedances that effects set
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,12 +126,24 @@ class RotorModel:
         return OrderedDict()
 
     @cached_property
-    def local_changes(self) -> OrderedDict[Hashable, Any]:
+    def local_changes(self) -> Kept[Hashable, Any]:
         """Kept for effects that change the rotor at a few degrees of freedom.
 
         `problems/rotor/extension/local_change.py` makes them.
         """
-        return OrderedDict()
+        return Kept()
+
+    def factored(self, impedances: tuple[Impedance, ...]) -> FactoredShaft | None:
+        """The rotor about nominal values of impedances, for effects that load or read it.
+
+        None if it is too large to be kept.
+        """
+        make = partial(FactoredShaft.of, self.rotor, impedances, self.speed)
+        return recent(self._factored, impedances, make, MAX_FACTORED)
+
+    @cached_property
+    def _factored(self) -> Kept[tuple[Impedance, ...], FactoredShaft | None]:
+        return Kept()
 
 
 def checked_sets(x: Array, parameters: Parameters) -> Array:

@@ -18,7 +18,7 @@ Re(· e^{ihΩt}), with impedances at that frequency; unbalance does nothing ther
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,7 +29,15 @@ from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
-from problems.rotor.response.banded import blocks, dynamic_stiffness_band, solve
+from problems.rotor.response.banded import (
+    BLOCK,
+    Array32,
+    blocks,
+    dynamic_stiffness_band,
+    factorised,
+    solve,
+    solve_factorised,
+)
 from problems.rotor.response.dense import channel_rows
 from problems.rotor.response.links import (
     PORTS_PER_LINK,
@@ -41,6 +49,8 @@ from problems.rotor.response.links import (
     on_their_pedestals,
     read_housings,
 )
+
+MOST_KEPT = 2 * BLOCK  # n_speed n_dof of a rotor whose factors and motion are kept, some 350 MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +149,33 @@ class ShaftMotion:
         return Reduction(self.speed, self.impedances, self.nominal, receptance, self.harmonic)
 
 
+@dataclass(frozen=True, eq=False)
+class FactoredShaft:
+    """A rotor about nominal bearings, factored at each speed: further loads then cost a substitution each."""
+
+    own: ShaftMotion  # without further loads
+    factors: ComplexArray
+    pivots: Array32
+
+    @classmethod
+    def of(cls, rotor: Rotor, impedances: tuple[Impedance, ...], speed: Array) -> FactoredShaft | None:
+        """A rotor at the spin frequency; None of one too large for its factors to be kept."""
+        if len(speed) * DOF_PER_NODE * len(rotor.node_positions) > MOST_KEPT:
+            return None
+        nominal = nominal_impedances(rotor, impedances, speed)
+        links = _links(rotor, impedances, nominal, speed, (), 1.0)
+        factors, pivots = factorised(_stiffness(rotor, links, speed, 1.0))
+        motion = solve_factorised(factors, pivots, _own_forces(rotor, links, speed, 1.0))
+        return cls(ShaftMotion(speed, impedances, nominal, motion), factors, pivots)
+
+    def under(self, loads: ComplexArray | None) -> ShaftMotion:
+        """Its motion, also under nodal forces (n_speed, n_dof, n_load), N per unit."""
+        if loads is None:
+            return self.own
+        moved = solve_factorised(self.factors, self.pivots, loads)
+        return replace(self.own, motion=np.concatenate([self.own.motion, moved], axis=2))
+
+
 def shaft_motion(
     rotor: Rotor,
     impedances: tuple[Impedance, ...],
@@ -213,15 +250,25 @@ def _motion(
     rotor: Rotor, links: LinksOfShaft, speed: Array, loads: ComplexArray | None, harmonic: float
 ) -> ComplexArray:
     """`ShaftMotion.motion` at these speeds."""
+    forces = np.concatenate([_own_forces(rotor, links, speed, harmonic), *([] if loads is None else [loads])], axis=2)
+    return solve(_stiffness(rotor, links, speed, harmonic), np.asarray(forces, dtype=complex))
+
+
+def _stiffness(rotor: Rotor, links: LinksOfShaft, speed: Array, harmonic: float) -> ComplexArray:
+    """The dynamic stiffness on these links as a band."""
     stiffness = dynamic_stiffness_band(assemble_free(rotor), speed, harmonic)
     add_to_band(stiffness, links.bearings)
+    return stiffness
+
+
+def _own_forces(rotor: Rotor, links: LinksOfShaft, speed: Array, harmonic: float) -> ComplexArray:
+    """Nodal forces of units at the ports, then of unbalance, (n_speed, n_dof, n_port + n_plane)."""
     of_ports, n_speed = links.port_forces(), len(speed)
     of_unbalance = (
         force_per_unbalance(rotor, speed) if harmonic == 1 else np.zeros((n_speed, links.n_dof, len(rotor.unbalance)))
     )
     at_ports = np.broadcast_to(of_ports, (n_speed, *of_ports.shape[-2:]))
-    forces = np.concatenate([at_ports, of_unbalance, *([] if loads is None else [loads])], axis=2)
-    return solve(stiffness, np.asarray(forces, dtype=complex))
+    return np.asarray(np.concatenate([at_ports, of_unbalance], axis=2), dtype=complex)
 
 
 def _receptance(
