@@ -12,12 +12,12 @@ then solved once for all changes there.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array, Indices
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import Channel
 from ksmea.problem.load import Load
 from problems.rotor.finite_elements.assembly import Matrices, assemble_differing
@@ -25,8 +25,7 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance, unit_loads
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.response.dense import channel_rows, dynamic_stiffness
-from problems.rotor.response.links import Impedance
-from problems.rotor.response.receptance import FactoredShaft, Reduction, reduce_rotor
+from problems.rotor.response.receptance import Reduction
 
 MOST_DOF = 12  # of three nodes: with many more, a solution of the whole shaft costs as little
 KEPT_BYTES = 2**28  # of reductions that problems with effects on one rotor share
@@ -46,16 +45,15 @@ class LocalChanges:
         cls,
         rotor: Rotor,
         others: Iterable[Rotor],
-        impedances: tuple[Impedance, ...],
-        speed: Array,
+        seen: Callable[[ComplexArray, Array], Reduction],
         channels: Sequence[Channel],
         loads: Sequence[Load],
-        factored: FactoredShaft | None = None,
+        n_speed: int,
     ) -> LocalChanges | None:
         """Changes from a rotor to others, as read by channels under unbalance and unit loads.
 
         None if the matrices differ at more than `MOST_DOF` degrees of freedom, or if not they alone differ: bearings, loads, or what
-        channels read. The rotor may be there `factored`.
+        channels read. `seen` reduces the rotor under nodal forces (n_speed, n_dof, n), seen also by rows (n, n_dof).
         """
         found: set[int] = set()
         for other in others:
@@ -70,12 +68,8 @@ class LocalChanges:
         dof = np.array(sorted(found), dtype=int)
         rows = np.eye(DOF_PER_NODE * len(rotor.node_positions))[dof]
         columns = np.concatenate([*(unit_loads(rotor, [load], 1)[0] for load in loads), rows.T], axis=1)
-        forces = np.broadcast_to(columns.astype(complex), (len(speed), *columns.shape))
-        if factored is None:
-            reduction = reduce_rotor(rotor, impedances, speed, channels, forces, rows=rows)
-        else:
-            reduction = factored.under(forces).read_by(rotor, channels, rows)
-        return cls(rotor, dof, reduction)
+        forces = np.broadcast_to(columns.astype(complex), (n_speed, *columns.shape))
+        return cls(rotor, dof, seen(forces, rows))
 
     def reduction_of(self, other: Rotor) -> Reduction | None:
         """The reduction of another rotor, these degrees of freedom included; None if it differs elsewhere too."""

@@ -27,7 +27,14 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.response.links import Impedance
 from problems.rotor.response.model import impedances_of
-from problems.rotor.response.receptance import Reduction, ShaftMotion, at_harmonic, reduce_rotor, shaft_motion
+from problems.rotor.response.receptance import (
+    FactoredShaft,
+    Reduction,
+    ShaftMotion,
+    at_harmonic,
+    reduce_rotor,
+    shaft_motion,
+)
 from problems.rotor.response.unknowns import Inputs
 
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
@@ -244,18 +251,33 @@ class RotorWithEffects(ChangedRotor):
             rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
             forces = self.further_forces(rotor, loads, harmonic)
             is_base = harmonic == 1 and replace(rotor, housing_probes=base.rotor.housing_probes) == base.rotor
-            if is_base and (shaft := base.factored(self.impedances)) is not None:
-                return shaft.under(forces).read_by(rotor, seen)
+            shaft = base.factored(self.impedances) if is_base else None
             if not np.any(self.of_probes[self.costly]):
-                return reduce_rotor(rotor, self.impedances, base.speed, seen, forces, rows=rows, harmonic=harmonic)
+                return self._reduced(shaft, rotor, seen, forces, rows, harmonic)
             of_rotor = tuple(np.where(self.of_probes[self.costly], 0.0, changing))
             move = partial(shaft_motion, rotor, self.impedances, base.speed, forces, harmonic=harmonic)
+            move = move if shaft is None else partial(shaft.under, forces)
             return recent(self._motions, (of_rotor, loads, harmonic), move, MAX_MOTIONS).read_by(rotor, seen, rows)
 
         if not self._shapes_reduction:
             kept = base.reductions_beside_effects
             return recent(kept, (self.impedances, seen, loads, harmonic), reduced, MAX_REDUCTIONS)
         return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
+
+    def _reduced(
+        self,
+        shaft: FactoredShaft | None,
+        rotor: Rotor,
+        channels: tuple[Channel, ...],
+        forces: ComplexArray | None,
+        rows: Array | None,
+        harmonic: float = 1.0,
+    ) -> Reduction:
+        """The reduction of a rotor, by its factors if these are kept."""
+        if shaft is not None:
+            return shaft.under(forces).read_by(rotor, channels, rows)
+        speed = self.base.speed
+        return reduce_rotor(rotor, self.impedances, speed, channels, forces, rows=rows, harmonic=harmonic)
 
     def at_changes(self, changing: tuple[float, ...], loads: tuple[Load, ...]) -> tuple[LocalChanges, Reduction] | None:
         """The few places at which effects change the rotor, and its reduction that is also seen from there.
@@ -284,11 +306,12 @@ class RotorWithEffects(ChangedRotor):
             return None
         units, speed = self.unit_loads_with(loads), self.base.speed
         key = (rotors[0], *rotors[1:3], self.impedances, self.seen_channels, units)
-        make = partial(
-            LocalChanges.between,
-            *(rotors[0], rotors[1:], self.impedances, speed, self.seen_channels, units),
-            self.base.factored(self.impedances) if is_base else None,
-        )
+
+        def seen(forces: ComplexArray, rows: Array) -> Reduction:
+            shaft = self.base.factored(self.impedances) if is_base else None
+            return self._reduced(shaft, rotors[0], self.seen_channels, forces, rows)
+
+        make = partial(LocalChanges.between, rotors[0], rotors[1:], seen, self.seen_channels, units, len(speed))
         return recent(self.base.local_changes, key, make, most_kept(len(speed)))
 
     @cached_property
