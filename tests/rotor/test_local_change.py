@@ -8,14 +8,21 @@ import pytest
 from ksmea.plugins import registry
 from problems.rotor.extension.extended_sensitivity import linearised
 from problems.rotor.extension.local_change import MOST_DOF, LocalChanges
-from problems.rotor.extension.rotor_slopes import MatrixSlope
+from problems.rotor.extension.matrix_slope import MatrixSlope
 from problems.rotor.finite_elements.assembly import assemble_differing, assemble_free
 from problems.rotor.finite_elements.data import Hub
+from problems.rotor.response.dense import dynamic_stiffness
 from problems.rotor.response.model import impedances_of
 from problems.rotor.response.receptance import reduce_rotor
 from problems.three_disk import ThreeDisk
 
 PLAIN = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=14).build()
+LOSSY = dataclasses.replace(
+    PLAIN,
+    rotor=dataclasses.replace(
+        PLAIN.rotor, segments=tuple(dataclasses.replace(each, loss_factor=0.01) for each in PLAIN.rotor.segments)
+    ),
+)
 LOCAL = ("disk_mass", "disk_inertia", "disk_position", "hub_stiffening", "disk_mass and hub_stiffening")
 ELSEWHERE = ("mass", "youngs_modulus", "bearing_position", "probe_position", "disk_mass and residual_bow")
 IS_LINEAR = [
@@ -24,11 +31,10 @@ IS_LINEAR = [
 PARTS = ("mass", "damping", "gyroscopic", "stiffness", "circulatory")
 
 
-def extended(names):
-    """The three-disk rotor with effects, at a point (d,) SI at which none of them is zero."""
-    problem = PLAIN
+def extended(names, problem=PLAIN):
+    """A rotor, else the three-disk rotor, with effects at a point (d,) SI at which none of them is zero."""
     for name in names.split(" and "):
-        problem = registry.create("effect", name, {}).locations(PLAIN)[0].added_to(problem)
+        problem = registry.create("effect", name, {}).locations(problem)[0].added_to(problem)
     return problem, problem.parameters.to_si(np.random.default_rng(0).uniform(0.6, 0.9, len(problem.parameters)))
 
 
@@ -36,9 +42,10 @@ def changes_of(problem, x):
     return problem.physics.at_changes(tuple(x[problem.costly]), ())
 
 
+@pytest.mark.parametrize("plain", [PLAIN, LOSSY], ids=["elastic", "hysteretic"])
 @pytest.mark.parametrize("names", LOCAL)
-def test_receptances_at_the_change_give_what_the_whole_shaft_gives(names, monkeypatch):
-    problem, x = extended(names)
+def test_receptances_at_the_change_give_what_the_whole_shaft_gives(names, plain, monkeypatch):
+    problem, x = extended(names, plain)
     changes, _ = changes_of(problem, x)
     assert 0 < len(changes.dof) <= MOST_DOF
     response, slope = linearised(problem.physics, x)
@@ -93,6 +100,16 @@ def test_matrices_are_linear_in_effects_that_say_so(name):
 def test_effects_that_multiply_what_others_change_are_not_linear_together():
     problem, _ = extended("mass and disk_mass")
     assert not np.any(problem.physics.linear)
+
+
+def test_hysteretic_damping_that_one_rotor_lacks_is_part_of_their_difference():
+    found = MatrixSlope.between(PLAIN.rotor, LOSSY.rotor, 1.0)
+    elastic, lossy = (dynamic_stiffness(assemble_free(each.rotor), PLAIN.speed) for each in (PLAIN, LOSSY))
+    own = np.ix_(range(len(PLAIN.speed)), found.dof, found.dof)
+    assert np.any(lossy != elastic)
+    # Rounding of a difference: 1e-16 of the largest entries
+    tolerance = 1e-14 * np.abs(lossy).max()
+    assert found.dynamic_stiffness(PLAIN.speed) == pytest.approx((lossy - elastic)[own], abs=tolerance)
 
 
 @pytest.mark.parametrize("hubs", [((0.2, 0.02, 0.5),), ((0.2, 0.02, 0.5), (0.2, 0.02, 0.5)), ((0.5, 0.4, 1.0),)])

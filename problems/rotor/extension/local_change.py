@@ -20,11 +20,11 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import Channel
 from ksmea.problem.load import Load
-from problems.rotor.finite_elements.assembly import Matrices, assemble_differing
+from problems.rotor.extension.matrix_slope import MatrixSlope
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance, unit_loads
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
-from problems.rotor.response.dense import channel_rows, dynamic_stiffness
+from problems.rotor.response.dense import channel_rows
 from problems.rotor.response.receptance import Reduction
 
 MOST_DOF = 12  # of three nodes: with many more, a solution of the whole shaft costs as little
@@ -59,8 +59,7 @@ class LocalChanges:
         for other in others:
             if not _differ_in_matrices_alone(rotor, other, channels, loads):
                 return None
-            window, difference = _difference(rotor, other)
-            found.update(map(int, window[_touched(difference)]))
+            found.update(map(int, MatrixSlope.between(rotor, other, 1.0).dof))
             if len(found) > MOST_DOF:
                 return None
         if not found:
@@ -73,14 +72,12 @@ class LocalChanges:
 
     def reduction_of(self, other: Rotor) -> Reduction | None:
         """The reduction of another rotor, these degrees of freedom included; None if it differs elsewhere too."""
-        window, difference = _difference(self.rotor, other)
-        touched, n = _touched(difference), len(self.dof)
-        place = self.places_of(window[touched])
+        difference, n, speed = MatrixSlope.between(self.rotor, other, 1.0), len(self.dof), self.reduction.speed
+        place = self.places_of(difference.dof)
         if place is None:
             return None
-        own, speed = np.ix_(touched, touched), self.reduction.speed
         change = np.zeros((len(speed), n, n), dtype=complex)
-        change[:, place[:, None], place] = dynamic_stiffness(Matrices(*(part[own] for part in difference)), speed)
+        change[:, place[:, None], place] = difference.dynamic_stiffness(speed)
         receptance = np.moveaxis(self.reduction.receptance, 2, 0)
         felt = change @ receptance[:, -n:]
         moved = np.linalg.solve(np.eye(n) + felt[:, :, -n:], felt)
@@ -115,16 +112,3 @@ def _differ_in_matrices_alone(one: Rotor, other: Rotor, channels: Sequence[Chann
         and np.array_equal(force_per_unbalance(one, spin), force_per_unbalance(other, spin))
         and (not loads or np.array_equal(unit_loads(one, loads, 1), unit_loads(other, loads, 1)))
     )
-
-
-def _difference(one: Rotor, other: Rotor) -> tuple[Indices, list[Array]]:
-    """Degrees of freedom (n,) at which rotors may differ, and differences (n, n) of matrices there."""
-    window, first, second = assemble_differing(one, other)
-    fields = [field.name for field in dataclasses.fields(Matrices)]
-    pairs = [(getattr(first, name), getattr(second, name)) for name in fields]
-    return window, [after - before for before, after in pairs if before is not None and after is not None]
-
-
-def _touched(difference: Sequence[Array]) -> Indices:
-    """Indices of the rows in which matrices (n, n) are not all zero."""
-    return np.flatnonzero(np.any([np.any(part != 0, axis=0) for part in difference], axis=0))

@@ -10,20 +10,19 @@ such unknowns, so that it is computed once.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel
 from ksmea.numerics.differences import recent
 from ksmea.problem.load import Load
+from problems.rotor.extension.matrix_slope import MatrixSlope
 from problems.rotor.extension.with_effects import RotorWithEffects
-from problems.rotor.finite_elements.assembly import Matrices, assemble_differing, assemble_free
+from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
@@ -38,7 +37,6 @@ LINEAR_STEP = 0.01  # where the difference is exact
 PROBE_STEP = 1e-4  # directions of channels have 1e-9 degrees
 # Kept: those of unknowns in which the matrices are linear, by all other values; so many, and so many numbers in all
 FEWEST_SLOPES, MAX_SLOPE_NUMBERS = 64, 2**22
-NAMES = ("stiffness", "circulatory", "mass", "damping", "gyroscopic")
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,60 +84,6 @@ class WholeShaft:
         for bearing in self.links.bearings:
             total[:, bearing.dof] += bearing.rows.T @ (bearing.felt @ (bearing.rows @ motion[:, bearing.dof]))
         return total
-
-
-@dataclass(frozen=True, eq=False)
-class MatrixSlope:
-    """∂/∂x of the matrices of the free rotor, where they are not 0: on these degrees of freedom."""
-
-    dof: Indices
-    matrices: Mapping[str, Array]  # (n, n), per SI unit
-    hysteresis: tuple[Array, Array] | None
-
-    @classmethod
-    def between(cls, below: Rotor, above: Rotor, width: float) -> MatrixSlope:
-        dof, first, second = assemble_differing(below, above)
-        parts = {name: (getattr(second, name) - getattr(first, name)) / width for name in NAMES}
-        parts = {name: part for name, part in parts.items() if np.any(part)}
-        hysteresis = _difference(first, second, width)
-        whole = [*parts.values(), *(hysteresis or ())]
-        touched = (
-            np.flatnonzero(np.any([np.any(part, axis=0) for part in whole], axis=0)) if whole else np.empty(0, int)
-        )
-        place = np.ix_(touched, touched)
-        cut = None if hysteresis is None else (hysteresis[0][place], hysteresis[1][place])
-        return cls(dof[touched], {name: part[place] for name, part in parts.items()}, cut)
-
-    def times(self, speed: Array, motion: ComplexArray) -> ComplexArray:
-        """∂D/∂x q at these degrees of freedom, of motions (n_speed, n_dof, n_column)."""
-        n_speed, _, n_column = motion.shape
-        own = np.ascontiguousarray(motion[:, self.dof].transpose(1, 0, 2)).reshape(len(self.dof), n_speed * n_column)
-        omega = np.repeat(speed, n_column)
-        factors: dict[str, NDArray[Any]] = {
-            "stiffness": np.ones_like(omega),
-            "circulatory": omega,
-            "mass": -(omega**2),
-            "damping": 1j * omega,
-            "gyroscopic": 1j * omega**2,
-        }
-        total = np.zeros_like(own)
-        for name, matrix in self.matrices.items():
-            total += factors[name] * _product(matrix, own)
-        if self.hysteresis is not None:
-            total += _product(self.hysteresis[0], own) + 1j * _product(self.hysteresis[1], own)
-        return total.reshape(len(total), n_speed, n_column).transpose(1, 0, 2)
-
-
-def _product(matrix: Array, columns: ComplexArray) -> ComplexArray:
-    """A real matrix (n, n) times contiguous columns (n, m), in half of the work of a complex product."""
-    return (matrix @ columns.view(float)).view(complex)
-
-
-def _difference(first: Matrices, second: Matrices, width: float) -> tuple[Array, Array] | None:
-    before, after = first.hysteresis(1.0), second.hysteresis(1.0)
-    if before is None or after is None:
-        return None
-    return (after[0] - before[0]) / width, (after[1] - before[1]) / width
 
 
 def seen_changes(
