@@ -42,6 +42,7 @@ from ksmea.records.identification import IdentificationRecord
 
 # Tolerance of CRLBs that other libraries or processors compute near directions that the data do not determine.
 ELSEWHERE = 0.01
+ROUNDING = 1e-12  # of the largest number of a column: a deviance that is lowered by 0 is lowered by the rounding of two deviances
 DEFAULTS = {"repetitions": None, "workers": None, "tolerance": 1e-6}
 
 
@@ -112,11 +113,13 @@ def _study_differences(plan: Plan, options: dict[str, Any], tolerance: float) ->
     compared = [(runs[runs["repetition"] < asked], pd.read_csv(io.BytesIO(made["runs.csv"])))]
     if asked == repetitions:
         compared.append((were[f"{name}.csv"], pd.read_csv(io.BytesIO(made[f"{name}.csv"]))))
-    return [difference for was, now in compared for difference in _frame_differences(was, now, tolerance)]
+    return [difference for was, now in compared for difference in frame_differences(was, now, tolerance)]
 
 
-def _frame_differences(reference: pd.DataFrame, now: pd.DataFrame, tolerance: float) -> list[Difference]:
+def frame_differences(reference: pd.DataFrame, now: pd.DataFrame, tolerance: float) -> list[Difference]:
+    """Differences of a table's words and numbers; numbers may differ by a tolerance and by rounding."""
     differences = [Difference("rows", len(reference), len(now), 0)]
+    largest = reference.select_dtypes("number").abs().max()
     for row, (was, found) in enumerate(zip(reference.to_dict("records"), now.to_dict("records"))):
         for column, value in was.items():
             if column == "key" or column.startswith("seconds"):
@@ -124,7 +127,8 @@ def _frame_differences(reference: pd.DataFrame, now: pd.DataFrame, tolerance: fl
             what = f"{column} in row {row + 1}"
             if isinstance(value, (int, float)) and not isinstance(value, bool):
                 if not (pd.isna(value) and pd.isna(found.get(column))):
-                    differences.append(Difference(what, value, found.get(column, np.nan), tolerance * abs(value)))
+                    allowed = tolerance * abs(value) + ROUNDING * float(largest.get(column, 0.0))
+                    differences.append(Difference(what, value, found.get(column, np.nan), allowed))
             else:
                 differences.append(Difference(what, 1.0, float(found.get(column) == value), 0.0))
     return differences

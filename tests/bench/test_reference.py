@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from bench.commands.reference import read_reference, reference_tables, write_reference
+from bench.commands.verify import frame_differences
 from bench.plan.plan import read_plan, write_plan
 from bench.plan.provenance import NUMERICAL
 from bench.reports.runs import runs_frame
@@ -94,6 +95,14 @@ def test_a_tolerance_may_be_given(folder, enter):
 def test_a_value_within_the_tolerance_agrees(folder, enter):
     change(folder, 0, "kxx", 1 + 1e-7)
     assert enter("verify", "table3", "repetitions=1").code == 0
+
+
+@pytest.mark.parametrize(("now", "n_failure"), [((500.0, 3e-12), 0), ((500.0, 3e-6), 1), ((500.1, 7e-12), 1)])
+def test_rounding_of_a_difference_that_is_zero_agrees(now, n_failure):
+    """A drop of a deviance of some hundreds is known to 1e-13 of them."""
+    was = pd.DataFrame({"deviance_drop": [500.0, 7e-12], "verdict": ["named", "adequate"]})
+    found = frame_differences(was, was.assign(deviance_drop=now), 1e-6)
+    assert sum(difference.is_failure for difference in found) == n_failure
 
 
 def test_a_subset_of_the_repetitions_sees_nothing_of_the_others(folder, enter):
