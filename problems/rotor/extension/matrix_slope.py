@@ -1,4 +1,4 @@
-"""Differences of a rotor's matrices by one number of it, where there are any."""
+"""Slopes of a rotor's matrices with one of its numbers, and their products with motions."""
 
 from __future__ import annotations
 

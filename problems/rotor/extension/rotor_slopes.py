@@ -22,13 +22,12 @@ from ksmea.numerics.differences import recent
 from ksmea.problem.load import Load
 from problems.rotor.extension.matrix_slope import MatrixSlope
 from problems.rotor.extension.with_effects import RotorWithEffects
-from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
-from problems.rotor.response.banded import dynamic_stiffness_band
 from problems.rotor.response.dense import channel_rows
-from problems.rotor.response.links import LinksOfShaft, add_to_band, links_of, on_their_pedestals, read_housings
+from problems.rotor.response.links import LinksOfShaft, links_of, on_their_pedestals, read_housings
+from problems.rotor.response.receptance import stiffness_band
 
 # Of differences of what effects do, in parts of each unknown's range: (1e-6)² and rounding of 1e-16 / 1e-6 or 1e-12 / 1e-6
 STEP = 1e-6
@@ -55,9 +54,7 @@ class WholeShaft:
 
     def stiffness(self) -> ComplexArray:
         """The dynamic stiffness as a band."""
-        band = dynamic_stiffness_band(assemble_free(self.rotor), self.speed)
-        add_to_band(band, self.links.bearings)
-        return band
+        return stiffness_band(self.rotor, self.links, self.speed)
 
     @cached_property
     def links(self) -> LinksOfShaft:

@@ -164,7 +164,7 @@ class FactoredShaft:
             return None
         nominal = nominal_impedances(rotor, impedances, speed)
         links = _links(rotor, impedances, nominal, speed, (), 1.0)
-        factors, pivots = factorised(_stiffness(rotor, links, speed, 1.0))
+        factors, pivots = factorised(stiffness_band(rotor, links, speed, 1.0))
         motion = solve_factorised(factors, pivots, _own_forces(rotor, links, speed, 1.0))
         return cls(ShaftMotion(speed, impedances, nominal, motion), factors, pivots)
 
@@ -251,10 +251,10 @@ def _motion(
 ) -> ComplexArray:
     """`ShaftMotion.motion` at these speeds."""
     forces = np.concatenate([_own_forces(rotor, links, speed, harmonic), *([] if loads is None else [loads])], axis=2)
-    return solve(_stiffness(rotor, links, speed, harmonic), np.asarray(forces, dtype=complex))
+    return solve(stiffness_band(rotor, links, speed, harmonic), np.asarray(forces, dtype=complex))
 
 
-def _stiffness(rotor: Rotor, links: LinksOfShaft, speed: Array, harmonic: float) -> ComplexArray:
+def stiffness_band(rotor: Rotor, links: LinksOfShaft, speed: Array, harmonic: float = 1.0) -> ComplexArray:
     """The dynamic stiffness on these links as a band."""
     stiffness = dynamic_stiffness_band(assemble_free(rotor), speed, harmonic)
     add_to_band(stiffness, links.bearings)
