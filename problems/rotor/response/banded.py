@@ -6,7 +6,7 @@ of nodes and not with its third power. Column j of a matrix A is stored as row j
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,24 +52,33 @@ def dynamic_stiffness_band(matrices: Matrices, speed: Array, harmonic: float = 1
     """
     spin = np.asarray(speed)
     omega = harmonic * spin
-    band = np.empty((len(omega), len(matrices.mass), WIDTH), dtype=complex)
-    powers = np.stack([np.ones_like(omega), spin, -(omega**2)], axis=1)
-    in_phase = band_of(np.stack([matrices.stiffness, matrices.circulatory, matrices.mass]))
-    quadrature = band_of(np.stack([matrices.damping, matrices.gyroscopic]))
-    band.real = np.tensordot(powers, in_phase, 1)
-    band.imag = np.tensordot(omega[:, None] * powers[:, :2], quadrature, 1)
+    powers = np.stack([np.ones_like(omega), spin, -(omega**2), omega, omega * spin], axis=1)
+    parts = np.zeros((powers.shape[1], len(matrices.mass), WIDTH, 2))  # real and imaginary, as complex numbers lie
+    parts[:3, ..., 0] = band_of(np.stack([matrices.stiffness, matrices.circulatory, matrices.mass]))
+    parts[3:, ..., 1] = band_of(np.stack([matrices.damping, matrices.gyroscopic]))
+    band = np.empty((len(omega), *parts.shape[1:3]), dtype=complex)
+    np.matmul(powers, parts.reshape(len(parts), -1), out=band.view(float).reshape(len(band), -1))
     if (hysteresis := matrices.hysteresis(harmonic)) is not None:
         band.real += band_of(hysteresis[0])
         band.imag += band_of(hysteresis[1])
     return band
 
 
-def solve(band: ComplexArray, force: ComplexArray) -> ComplexArray:
-    """D⁻¹ f at each speed, (n_speed, n_dof, n_force); `band` is used up.
+def side_by_side(forces: Sequence[Array | ComplexArray], n_speed: int) -> ComplexArray:
+    """Forces ([n_speed,] n_dof, n) as one new array (n_speed, n_dof, n_force), each force contiguous."""
+    ends = np.cumsum([0, *(each.shape[-1] for each in forces)])
+    rows = np.empty((n_speed, ends[-1], forces[0].shape[-2]), dtype=complex)
+    for each, first, last in zip(forces, ends, ends[1:]):
+        rows[:, first:last] = np.swapaxes(each, -1, -2)
+    return np.swapaxes(rows, 1, 2)
 
-    `LinAlgError` where D is singular.
+
+def solve(band: ComplexArray, force: ComplexArray) -> ComplexArray:
+    """D⁻¹ f at each speed, (n_speed, n_dof, n_force).
+
+    `band` is used up, and so is `force` if `side_by_side` made it. `LinAlgError` if D is singular.
     """
-    motion = np.array(np.swapaxes(force, 1, 2), order="C")  # each force in a row, which gbsv overwrites
+    motion = np.ascontiguousarray(np.swapaxes(force, 1, 2), dtype=complex)  # each force in a row, which gbsv overwrites
     for columns, rows in zip(band, motion, strict=True):
         *_, info = zgbsv(HALF_BANDWIDTH, HALF_BANDWIDTH, columns.T, rows.T, overwrite_ab=True, overwrite_b=True)
         if info:

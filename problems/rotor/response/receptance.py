@@ -35,6 +35,7 @@ from problems.rotor.response.banded import (
     blocks,
     dynamic_stiffness_band,
     factorised,
+    side_by_side,
     solve,
     solve_factorised,
 )
@@ -165,7 +166,8 @@ class FactoredShaft:
         nominal = nominal_impedances(rotor, impedances, speed)
         links = _links(rotor, impedances, nominal, speed, (), 1.0)
         factors, pivots = factorised(stiffness_band(rotor, links, speed, 1.0))
-        motion = solve_factorised(factors, pivots, _own_forces(rotor, links, speed, 1.0))
+        forces = side_by_side(_own_forces(rotor, links, speed, 1.0), len(speed))
+        motion = solve_factorised(factors, pivots, forces)
         return cls(ShaftMotion(speed, impedances, nominal, motion), factors, pivots)
 
     def under(self, loads: ComplexArray | None) -> ShaftMotion:
@@ -250,8 +252,8 @@ def _motion(
     rotor: Rotor, links: LinksOfShaft, speed: Array, loads: ComplexArray | None, harmonic: float
 ) -> ComplexArray:
     """`ShaftMotion.motion` at these speeds."""
-    forces = np.concatenate([_own_forces(rotor, links, speed, harmonic), *([] if loads is None else [loads])], axis=2)
-    return solve(stiffness_band(rotor, links, speed, harmonic), np.asarray(forces, dtype=complex))
+    forces = [*_own_forces(rotor, links, speed, harmonic), *([] if loads is None else [loads])]
+    return solve(stiffness_band(rotor, links, speed, harmonic), side_by_side(forces, len(speed)))
 
 
 def stiffness_band(rotor: Rotor, links: LinksOfShaft, speed: Array, harmonic: float = 1.0) -> ComplexArray:
@@ -261,14 +263,13 @@ def stiffness_band(rotor: Rotor, links: LinksOfShaft, speed: Array, harmonic: fl
     return stiffness
 
 
-def _own_forces(rotor: Rotor, links: LinksOfShaft, speed: Array, harmonic: float) -> ComplexArray:
-    """Nodal forces of units at the ports, then of unbalance, (n_speed, n_dof, n_port + n_plane)."""
-    of_ports, n_speed = links.port_forces(), len(speed)
-    of_unbalance = (
-        force_per_unbalance(rotor, speed) if harmonic == 1 else np.zeros((n_speed, links.n_dof, len(rotor.unbalance)))
-    )
-    at_ports = np.broadcast_to(of_ports, (n_speed, *of_ports.shape[-2:]))
-    return np.asarray(np.concatenate([at_ports, of_unbalance], axis=2), dtype=complex)
+def _own_forces(
+    rotor: Rotor, links: LinksOfShaft, speed: Array, harmonic: float
+) -> tuple[Array | ComplexArray, Array | ComplexArray]:
+    """Nodal forces of units at the ports, and of unbalance, ([n_speed,] n_dof, n_port) and (…, n_plane)."""
+    if harmonic != 1:
+        return links.port_forces(), np.zeros((links.n_dof, len(rotor.unbalance)))
+    return links.port_forces(), force_per_unbalance(rotor, speed)
 
 
 def _receptance(
@@ -282,7 +283,9 @@ def _receptance(
     """`Reduction.receptance` at these speeds."""
     read = [links.port_rows(), links.reading_rows(channel_rows(rotor, channels, harmonic))]
     read += [] if rows is None else [rows]
-    receptance = _stacked(read, len(motion)) @ motion  # (n_speed, row, column)
+    whole = _stacked(read, len(motion))
+    used = np.flatnonzero(np.any(whole.reshape(-1, whole.shape[-1]), axis=0))  # probes and ports touch few
+    receptance = whole[..., used] @ motion[:, used]  # (n_speed, row, column)
     if not links.is_on_ground:
         beside = links.beside_shaft(len(channels))
         receptance[:, : beside.shape[1], : beside.shape[2]] += beside
