@@ -510,7 +510,13 @@ def _most_likely(problem: LoadedProblem, data: Data, rng: Seed) -> DesignPoint:
 
 
 def _measurement(data: Data) -> Measurement:
-    return data.measurement if isinstance(data, SyntheticData) else data
+    found = data.measurement if isinstance(data, SyntheticData) else data
+    if not isinstance(found, Measurement):
+        raise SettingError(
+            "measurement: expected one of ksmea.read_measurement or ksmea.synthetic_measurement, got"
+            f" {type(found).__name__}; ksmea.read_measurement(path) reads a file"
+        )
+    return found
 
 
 def _case(problem: LoadedProblem | Problem, data: Data) -> Case:

@@ -30,6 +30,7 @@ from ksmea.problem.problem import Problem
 from ksmea.results import IdentificationResult
 from ksmea.rotor_drawing import RotorDrawing
 from ksmea.rotordynamics.whirl import Campbell, Mode
+from ksmea.settings.regular_files import require_there
 from ksmea.studies.rotordynamics import RotordynamicsOptions, rotordynamics
 from ksmea.units import DEGREE, MICROMETRE, RPM
 
@@ -406,8 +407,9 @@ def _middles_in_words(taken: Mapping[str, float]) -> tuple[str, ...]:
 
 def _problem_of_file(path: Path) -> str:
     """Kind of model in a YAML file, "rotor" or "extended", by the keys at the beginning of its lines."""
+    file = require_there(str(path), "YAML")
     try:
-        text = path.expanduser().read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise SettingError(f"{path}: expected a YAML file that can be read, got {type(error).__name__}") from error
     keys = {line.partition(":")[0] for line in text.splitlines() if line[:1].isalpha()}

@@ -102,7 +102,7 @@ def test_modes_are_those_of_the_rotor(rotor):
         ("three_disks", {}, "did you mean 'three_disk'"),
         ("three_disk", {"meshes": 21}, "did you mean 'mesh'"),
         ("three_disk", {"mesh": "fine"}, "mesh: expected a whole number, got 'fine'"),
-        ("missing.yaml", {}, "missing.yaml"),
+        ("missing.yaml", {}, "missing.yaml: expected a YAML file, found none"),
     ],
 )
 def test_what_cannot_be_loaded_is_refused_in_one_line(name, settings, message):
@@ -133,6 +133,11 @@ def test_what_cannot_be_aligned_is_refused(rotor, data):
     for study in (ksmea.identify, ksmea.diagnose):
         with pytest.raises(SettingError, match="9 m: expected a position on the shaft"):
             study(rotor, shifted)
+
+
+def test_a_path_in_place_of_a_measurement_is_refused_with_what_reads_it(rotor):
+    with pytest.raises(SettingError, match=r"got str; ksmea\.read_measurement\(path\) reads a file"):
+        ksmea.identify(rotor, "docs/examples/run_up.csv")
 
 
 def test_the_truth_stays_beside_the_measurement(rotor):

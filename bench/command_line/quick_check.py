@@ -20,6 +20,7 @@ from bench.command_line.source_settings import source_settings
 from bench.command_line.word_shapes import joined_options, require_shape
 from ksmea.errors import SettingError, shortened, unknown
 from ksmea.plugins.names import GROUPS, registered
+from ksmea.settings.regular_files import require_there
 
 PLAIN = re.compile(r"[^\s'\"\[\]{}()$\\=,]+")  # a value without signs of Hydra's grammar
 NAME = re.compile(r"[A-Za-z_][\w.-]*")
@@ -30,6 +31,8 @@ DECIMAL_COMMA = re.compile(r"-?\d+,0\d+")
 IN_WORDS = {"int": "a whole number", "float": "a number", "bool": "true or false", "str": "a text"}
 OURS = {"hydra/sweeper": "plan", "hydra.mode": "MULTIRUN"}
 EXPECTED = {"output": "a folder, output=. for the working directory", "name": "the name of a file", "label": "a label"}
+FILES = {"problem.file": {"rotor": "YAML", "extended": "YAML"}, "measurement.path": {"file": "CSV", "campaign": "YAML"}}
+GLOB = "*?"  # signs of names of several files
 TRUTHS = ("y", "yes", "on", "true", "1", "n", "no", "off", "false", "0")
 
 
@@ -43,6 +46,7 @@ def looked_at(words: Sequence[str], commands: Collection[str]) -> list[str]:
         _require_known(key, value)
     if not names_folders(joined) and "plugins" not in said:  # which bring experiments and plugins of their own
         _require_names(said)
+        _require_files(said)
     return joined
 
 
@@ -172,6 +176,20 @@ def _require_names(said: Mapping[str, str]) -> None:
                 raise unknown(group, name, registered(group))
     for key, value in said.items():
         _require_plugin_setting(key, value, said)
+
+
+def _require_files(said: Mapping[str, str]) -> None:
+    """Whether a file is there that the words name for a plugin that reads it."""
+    for key, kinds in FILES.items():
+        group = key.partition(".")[0]
+        plugin = said.get(group, next(iter(kinds)))
+        paths = plain(said.get(key, ""))
+        if plugin not in kinds or len(paths) != 1 or paths[0] in WORDS or set(paths[0]) & set(GLOB):
+            continue  # several files are a fleet, whose error lists what its folder holds
+        try:
+            require_there(paths[0], kinds[plugin])
+        except SettingError as error:
+            raise error.within(f"{group}={plugin}", key) from error
 
 
 def _names(value: str) -> list[str]:

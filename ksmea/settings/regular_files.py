@@ -35,16 +35,8 @@ def read_input(path: str, kind: str, most: int, too_large: Callable[[int], str])
     Raises `SettingError` if it does not exist, cannot be read or has more than `most` bytes: `too_large` makes the
     message from their number, before they are read.
     """
-    file = Path(path).expanduser()
     try:
-        if file.is_dir():
-            raise SettingError(f"{path}: expected a {kind} file, got a directory; name a file in it")
-        if not file.exists():
-            raise SettingError(f"{path}: expected a {kind} file, found none (working directory: {Path.cwd()})")
-        if not file.is_file():
-            raise SettingError(
-                f"{path}: expected a {kind} file, got something that is not a regular file; copy it into one"
-            )
+        file = require_there(path, kind)
         if (size := file.stat().st_size) > most:
             raise SettingError(f"{path}: {too_large(size)}")
         with file.open("rb") as opened:
@@ -57,6 +49,20 @@ def read_input(path: str, kind: str, most: int, too_large: Callable[[int], str])
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = shortened(str(error), LONGEST_REASON)
         raise SettingError(f"{path}: expected a file that can be read, got {reason}") from error
+
+
+def require_there(path: str, kind: str) -> Path:
+    """The regular file of a kind at a path; `SettingError` if there is none."""
+    file = Path(path).expanduser()
+    if file.is_dir():
+        raise SettingError(f"{path}: expected a {kind} file, got a directory; name a file in it")
+    if not file.exists():
+        raise SettingError(f"{path}: expected a {kind} file, found none (working directory: {Path.cwd()})")
+    if not file.is_file():
+        raise SettingError(
+            f"{path}: expected a {kind} file, got something that is not a regular file; copy it into one"
+        )
+    return file
 
 
 def open_regular(path: Path, mode: str = "rb") -> BinaryIO:

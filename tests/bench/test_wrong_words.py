@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from bench.command_line.corrected_command import corrected
-from bench.command_line.quick_check import looked_at
+from bench.command_line.quick_check import _require_files, looked_at
 from bench.commands.dispatch import COMMANDS
 from ksmea.errors import SettingError
 
@@ -134,8 +134,11 @@ def test_it_is_refused_with_what_was_meant(typed, expected, meant):
 
 
 @pytest.mark.parametrize("typed, meant", [(typed, meant) for typed, _, meant in WRONG if meant])
-def test_what_was_meant_is_not_refused_for_the_same_reason(typed, meant):
+def test_what_was_meant_is_not_refused_for_the_same_reason(typed, meant, tmp_path, monkeypatch):
     words = shlex.split(meant)
+    monkeypatch.chdir(tmp_path)
+    for name in ("run.csv", "my_rotor.yaml"):
+        (tmp_path / name).touch()
     if words[0] in COMMANDS:
         return
     try:
@@ -196,10 +199,31 @@ def test_a_wrong_name_in_includes_names_its_file(enter, tmp_path):
     assert ended.code == 2 and f"{tmp_path / 'experiment' / 'mine.yaml'}: unknown experiment 'tabel3'" in ended.err
 
 
-def test_refusing_a_name_loads_nothing_large(tmp_path):
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["+experiment=tabel3"], "did you mean 'table3'"),
+        (["+experiment=identify", "problem=rotor", "problem.file=none.yaml"], "problem=rotor: none.yaml: expected a YAML file, found none"),
+        (["+experiment=diagnose", "measurement.path=none.csv"], "measurement=file: none.csv: expected a CSV file, found none"),
+    ],
+)  # fmt: skip
+def test_refusing_a_name_or_file_loads_nothing_large(words, said, tmp_path):
     code = (
-        "import sys; from bench import main; main.run(['+experiment=tabel3']); main.run(['help']);"
+        f"import sys; from bench import main; main.run({words}); main.run(['help']);"
         " print([name for name in ('numpy', 'hydra', 'yaml', 'scipy') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
-    assert done.stdout.splitlines()[-1] == "[]" and "did you mean 'table3'" in done.stderr
+    assert done.stdout.splitlines()[-1] == "[]" and said in done.stderr
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        "measurement=file measurement.path=runs/*.csv",  # a fleet
+        "measurement=synthetic,file measurement.path=none.csv",
+        "measurement=mine measurement.path=tcp://rig",
+        "measurement=file measurement.path=null",
+    ],
+)
+def test_paths_that_no_listing_decides_are_left_to_the_plugins(typed):
+    _require_files(dict(word.split("=", 1) for word in typed.split()))
