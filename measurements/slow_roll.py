@@ -10,7 +10,7 @@ import dataclasses
 from functools import partial
 
 import numpy as np
-from scipy.signal import find_peaks
+import scipy  # its parts load at first use, and few files need peaks
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
@@ -70,7 +70,7 @@ def _first_peak(rows: Rows, indices: Indices) -> float | None:
     if rows.channel[indices[0]][2] != 1:
         return None
     order = np.argsort(speed, kind="stable")
-    peaks, _ = find_peaks(amplitude[order], prominence=PROMINENT * amplitude.max())
+    peaks, _ = scipy.signal.find_peaks(amplitude[order], prominence=PROMINENT * amplitude.max())
     return float(speed[order][peaks[0]]) if len(peaks) else None
 
 
