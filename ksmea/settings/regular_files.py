@@ -46,23 +46,31 @@ def read_input(path: str, kind: str, most: int, too_large: Callable[[int], str])
         return content
     except SettingError:
         raise
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        reason = shortened(str(error), LONGEST_REASON)
-        raise SettingError(f"{path}: expected a file that can be read, got {reason}") from error
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from error
 
 
 def require_there(path: str, kind: str) -> Path:
-    """The regular file of a kind at a path; `SettingError` if there is none."""
+    """The regular file of a kind at a path; raises `SettingError` without one."""
     file = Path(path).expanduser()
-    if file.is_dir():
-        raise SettingError(f"{path}: expected a {kind} file, got a directory; name a file in it")
-    if not file.exists():
-        raise SettingError(f"{path}: expected a {kind} file, found none (working directory: {Path.cwd()})")
-    if not file.is_file():
-        raise SettingError(
-            f"{path}: expected a {kind} file, got something that is not a regular file; copy it into one"
-        )
+    try:
+        if file.is_dir():
+            raise SettingError(f"{path}: expected a {kind} file, got a directory; name a file in it")
+        if not file.exists():
+            raise SettingError(f"{path}: expected a {kind} file, found none (working directory: {Path.cwd()})")
+        if not file.is_file():
+            raise SettingError(
+                f"{path}: expected a {kind} file, got something that is not a regular file; copy it into one"
+            )
+    except SettingError:
+        raise
+    except (OSError, ValueError) as error:  # a name too long or with a NUL, a folder that may not be searched
+        raise _unreadable(path, error) from error
     return file
+
+
+def _unreadable(path: str, error: Exception) -> SettingError:
+    return SettingError(f"{path}: expected a file that can be read, got {shortened(str(error), LONGEST_REASON)}")
 
 
 def open_regular(path: Path, mode: str = "rb") -> BinaryIO:
