@@ -5,6 +5,9 @@ It is `located` in place of `unknown`, or of names that are elsewhere.
 Effects may stand for a cause that the library lacks: a damper to the ground between the bearings looks like unequal bearings with
 damping along the shaft. If a location is sharp and no explanation acts there alone, a force that follows a law at one of its places
 is compared with the explanation by evidence, and effects are named only if they explain the data better.
+
+Nor is a location sharp if few channels see a weak cause: a stop then looks like an added mass whose misfit passes as noise. Where the
+misfit of an explanation is barely likely, laws are sought as well, and one with clearly more evidence takes its name away.
 """
 
 from __future__ import annotations
@@ -42,16 +45,27 @@ def is_elsewhere(found: Diagnosis, sites: Location) -> bool:
     return bool(found.explanations) and sites.is_sharp and not any(map(acts_there, found.explanations))
 
 
-def is_one_law(found: Diagnosis, where: LocationRecord) -> bool:
-    """Whether a law at a local place explains the data about as well as what is named, or better.
+DOUBTFUL = 0.05  # p of the misfit of an explanation below which laws are sought
+
+
+def is_doubtful(found: Diagnosis) -> bool:
+    """Whether effects are named, but one in twenty right explanations at most misfits as much."""
+    return bool(found.explanations) and found.best_quality is not None and found.best_quality.p < DOUBTFUL
+
+
+def is_one_law(found: Diagnosis, where: LocationRecord, elsewhere: bool) -> bool:
+    """Whether a law explains the data in place of what is named.
 
     Args:
         found: diagnosis.
         where: location in its data; only where laws were sought can one be found.
+        elsewhere: whether the effects act elsewhere than where the location is; a law at a local place is then enough if it explains
+            the data about as well. Otherwise it must explain them clearly better.
     """
-    if not found.explanations or not where.is_local or where.extension is None or where.extension.delta_bic is None:
+    if not found.explanations or where.extension is None or where.extension.delta_bic is None:
         return False
-    return where.extension.delta_bic > found.explanations[0].delta_bic - NEAR
+    as_good = where.is_local and elsewhere
+    return where.extension.delta_bic > found.explanations[0].delta_bic + (-NEAR if as_good else NEAR)
 
 
 def without_names(found: Diagnosis) -> Diagnosis:
@@ -85,4 +99,6 @@ def remark_on(found: Diagnosis, where: LocationRecord) -> str:
     assert law is not None, "an explanation is given up for a law alone"
     names = " with ".join(found.explanations[0].names)
     place = f"{law.position:g} m"
-    return f"{names} would fit, but {law.law} at {place} explains the data as well, and an unknown {law.kind} is located there"
+    if where.is_local:
+        return f"{names} would fit, but {law.law} at {place} explains the data as well, and an unknown {law.kind} is located there"
+    return f"{names} would fit, but {law.law}, as at {place}, explains the data better"

@@ -11,7 +11,14 @@ import numpy as np
 
 from ksmea.diagnosis.diagnosis import Criteria, Diagnosis, diagnose
 from ksmea.diagnosis.further_measurement import Split
-from ksmea.diagnosis.located_verdict import is_elsewhere, is_one_law, remark_on, with_location, without_names
+from ksmea.diagnosis.located_verdict import (
+    is_doubtful,
+    is_elsewhere,
+    is_one_law,
+    remark_on,
+    with_location,
+    without_names,
+)
 from ksmea.diagnosis.observability import Detectable
 from ksmea.diagnosis.trials import Trial
 from ksmea.fits.fitting import Fit, fit_baseline
@@ -175,11 +182,12 @@ def diagnosis(
     case = found.baseline.case  # with the noise that it goes by
     if locate is not None and found.verdict in WRONG:
         sites, sought = locate(case), options.location
-        with_laws = (found.verdict == "unknown" and not sites.is_anywhere) or is_elsewhere(found, sites)
+        elsewhere = is_elsewhere(found, sites)
+        with_laws = (found.verdict == "unknown" and not sites.is_anywhere) or elsewhere or is_doubtful(found)
         where = location(
             case, rng, options=sought, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites
         )
-        if is_one_law(found, where):
+        if is_one_law(found, where, elsewhere):
             given_up, found = (remark_on(found, where),), without_names(found)
     record = diagnosis_record(found, fine=report.fine)
     remarks = (*ahead, *remarks_on(found, measurement), *given_up)

@@ -10,7 +10,7 @@ import pytest
 from bench.plan.page import Drawn
 from bench.reports.diagnosis.page import diagnosis_page
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.diagnosis.located_verdict import is_elsewhere, is_one_law, remark_on, without_names
+from ksmea.diagnosis.located_verdict import is_doubtful, is_elsewhere, is_one_law, remark_on, without_names
 from ksmea.errors import SettingError
 from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -116,16 +116,45 @@ def test_names_are_elsewhere_only_beside_a_sharp_location(places, is_sharp, else
     assert is_elsewhere(explained_at(*places), sites) is elsewhere
 
 
-@pytest.mark.parametrize(("better", "is_law"), [(45.0, True), (43.0, False), (80.0, True), (None, False)])
-def test_a_law_takes_the_place_of_names_that_are_hardly_better(unnamed, better, is_law):
+@pytest.mark.parametrize(
+    ("better", "elsewhere", "is_law"),
+    [
+        *((45.0, True, True), (43.0, True, False), (80.0, True, True), (None, True, False)),
+        *((45.0, False, False), (55.0, False, False), (57.0, False, True)),  # where the effects act, too
+    ],
+)
+def test_a_law_takes_the_place_of_names_that_are_hardly_better(unnamed, better, elsewhere, is_law):
     """ΔBIC 50 of the names; 6 below is as good (Kass & Raftery 1995)."""
     where = unnamed[0].location
     where = dataclasses.replace(where, extension=dataclasses.replace(where.extension, delta_bic=better))
     found = explained_at([0.2], [])
-    assert is_one_law(found, where) is is_law
-    assert not is_one_law(SimpleNamespace(explanations=()), where)
+    assert is_one_law(found, where, elsewhere) is is_law
+    assert not is_one_law(SimpleNamespace(explanations=()), where, elsewhere)
     said = remark_on(found, where)
     assert said.startswith("one with other would fit, but") and f"{where.law.position:g} m" in said
+
+
+@pytest.mark.parametrize(("better", "is_law"), [(55.0, False), (57.0, True)])
+def test_a_law_at_one_of_many_places_must_explain_clearly_better(unnamed, better, is_law):
+    where = unnamed[0].location
+    spread = dataclasses.replace(
+        where,
+        candidates=tuple(dataclasses.replace(each, accepted=True) for each in where.candidates),
+        extension=dataclasses.replace(where.extension, delta_bic=better),
+    )
+    assert not spread.is_local
+    assert is_one_law(explained_at([0.2]), spread, True) is is_law
+    assert remark_on(explained_at([0.2]), spread).endswith("explains the data better")
+
+
+@pytest.mark.parametrize(("p", "is_doubted"), [(0.006, True), (0.06, False)])
+def test_an_explanation_whose_misfit_is_barely_likely_is_doubted(p, is_doubted):
+    """One in twenty right explanations misfits as much; without an explanation nothing is to be doubted."""
+    found = explained_at([0.5])
+    found.best_quality = SimpleNamespace(p=p)
+    assert is_doubtful(found) is is_doubted
+    found.explanations = ()
+    assert not is_doubtful(found)
 
 
 @pytest.mark.slow
