@@ -48,23 +48,34 @@ def is_elsewhere(found: Diagnosis, sites: Location) -> bool:
 DOUBTFUL = 0.05  # p of the misfit of an explanation below which laws are sought
 
 
+def seeks_laws(found: Diagnosis, sites: Location) -> bool:
+    """Whether the verdict may depend on a law of the unknown force.
+
+    Args:
+        found: diagnosis.
+        sites: location in its data, without laws.
+    """
+    return (found.verdict == "unknown" and not sites.is_anywhere) or is_elsewhere(found, sites) or is_doubtful(found)
+
+
 def is_doubtful(found: Diagnosis) -> bool:
     """Whether effects are named, but one in twenty right explanations at most misfits as much."""
     return bool(found.explanations) and found.best_quality is not None and found.best_quality.p < DOUBTFUL
 
 
-def is_one_law(found: Diagnosis, where: LocationRecord, elsewhere: bool) -> bool:
-    """Whether a law explains the data in place of what is named.
+def is_one_law(found: Diagnosis, where: LocationRecord, sites: Location) -> bool:
+    """Whether a law takes the place of named effects.
+
+    At a local place where these do not act it has to explain the data about as well, otherwise clearly better.
 
     Args:
         found: diagnosis.
         where: location in its data; only where laws were sought can one be found.
-        elsewhere: whether the effects act elsewhere than where the location is; a law at a local place is then enough if it explains
-            the data about as well. Otherwise it must explain them clearly better.
+        sites: location without laws.
     """
     if not found.explanations or where.extension is None or where.extension.delta_bic is None:
         return False
-    as_good = where.is_local and elsewhere
+    as_good = where.is_local and is_elsewhere(found, sites)
     return where.extension.delta_bic > found.explanations[0].delta_bic + (-NEAR if as_good else NEAR)
 
 

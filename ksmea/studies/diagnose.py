@@ -11,14 +11,7 @@ import numpy as np
 
 from ksmea.diagnosis.diagnosis import Criteria, Diagnosis, diagnose
 from ksmea.diagnosis.further_measurement import Split
-from ksmea.diagnosis.located_verdict import (
-    is_doubtful,
-    is_elsewhere,
-    is_one_law,
-    remark_on,
-    with_location,
-    without_names,
-)
+from ksmea.diagnosis.located_verdict import is_one_law, remark_on, seeks_laws, with_location, without_names
 from ksmea.diagnosis.observability import Detectable
 from ksmea.diagnosis.trials import Trial
 from ksmea.fits.fitting import Fit, fit_baseline
@@ -182,12 +175,16 @@ def diagnosis(
     case = found.baseline.case  # with the noise that it goes by
     if locate is not None and found.verdict in WRONG:
         sites, sought = locate(case), options.location
-        elsewhere = is_elsewhere(found, sites)
-        with_laws = (found.verdict == "unknown" and not sites.is_anywhere) or elsewhere or is_doubtful(found)
         where = location(
-            case, rng, options=sought, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites
+            case,
+            rng,
+            options=sought,
+            baseline=found.baseline,
+            with_laws=seeks_laws(found, sites),
+            workers=workers,
+            found=sites,
         )
-        if is_one_law(found, where, elsewhere):
+        if is_one_law(found, where, sites):
             given_up, found = (remark_on(found, where),), without_names(found)
     record = diagnosis_record(found, fine=report.fine)
     remarks = (*ahead, *remarks_on(found, measurement), *given_up)

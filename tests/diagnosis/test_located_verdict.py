@@ -128,8 +128,9 @@ def test_a_law_takes_the_place_of_names_that_are_hardly_better(unnamed, better, 
     where = unnamed[0].location
     where = dataclasses.replace(where, extension=dataclasses.replace(where.extension, delta_bic=better))
     found = explained_at([0.2], [])
-    assert is_one_law(found, where, elsewhere) is is_law
-    assert not is_one_law(SimpleNamespace(explanations=()), where, elsewhere)
+    sites = SimpleNamespace(is_sharp=elsewhere, accepts=lambda place: False)
+    assert is_one_law(found, where, sites) is is_law
+    assert not is_one_law(SimpleNamespace(explanations=()), where, sites)
     said = remark_on(found, where)
     assert said.startswith("one with other would fit, but") and f"{where.law.position:g} m" in said
 
@@ -143,7 +144,7 @@ def test_a_law_at_one_of_many_places_must_explain_clearly_better(unnamed, better
         extension=dataclasses.replace(where.extension, delta_bic=better),
     )
     assert not spread.is_local
-    assert is_one_law(explained_at([0.2]), spread, True) is is_law
+    assert is_one_law(explained_at([0.2]), spread, SimpleNamespace(is_sharp=False)) is is_law
     assert remark_on(explained_at([0.2]), spread).endswith("explains the data better")
 
 
