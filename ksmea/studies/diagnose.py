@@ -175,14 +175,9 @@ def diagnosis(
     case = found.baseline.case  # with the noise that it goes by
     if locate is not None and found.verdict in WRONG:
         sites, sought = locate(case), options.location
+        with_laws = seeks_laws(found, sites)
         where = location(
-            case,
-            rng,
-            options=sought,
-            baseline=found.baseline,
-            with_laws=seeks_laws(found, sites),
-            workers=workers,
-            found=sites,
+            case, rng, options=sought, baseline=found.baseline, with_laws=with_laws, workers=workers, found=sites
         )
         if is_one_law(found, where, sites):
             given_up, found = (remark_on(found, where),), without_names(found)
