@@ -264,6 +264,10 @@ def _split(record: DiagnosisRecord) -> list[str]:
 def _not_in_library(record: DiagnosisRecord, names: str) -> list[str]:
     after = record.lack_of_fit.after
     if after is None:
+        if any(trial.p < record.lack_of_fit.level for trial in record.ranking):  # the remarks say which was given up
+            return [
+                "The model is wrong, and an unknown cause explains the data as well as the known effects, or better."
+            ]
         significant = "is significant" if record.effects else "was tried"
         return [f"The model is wrong, and no known effect {significant}."]
     left = f"its residuals ({findings.chance(after)}) are largest {findings.where(after, record.notation)}"

@@ -92,7 +92,12 @@ def test_effects_that_were_left_out_are_named_with_the_reason():
 def test_verdicts_without_a_cause():
     after = dataclasses.replace(RECORD.lack_of_fit, after=None)
     nothing = {"named": (), "ambiguity_group": (), "applied": (), "predictive_gain": None, "lack_of_fit": after}
-    assert "The model is wrong, and no known effect is significant." in text(changed(verdict="unknown", **nothing))
+    unlikely = tuple(dataclasses.replace(trial, p=0.5) for trial in RECORD.ranking)
+    insignificant = changed(verdict="unknown", ranking=unlikely, **nothing)
+    assert "The model is wrong, and no known effect is significant." in text(insignificant)
+    assert "an unknown cause explains the data as well as the known effects" in text(
+        changed(verdict="unknown", **nothing)
+    )
     adequate = text(changed(verdict="adequate", **nothing))
     assert "What would have been found in nine of ten cases" in adequate and "left-out" not in adequate
     assert "The nearest is runout" in text(changed(verdict="unknown"))
