@@ -6,7 +6,7 @@ Effects may stand for a cause that the library lacks: a damper to the ground bet
 damping along the shaft. If a location is sharp and no explanation acts there alone, a force that follows a law at one of its places
 is compared with the explanation by evidence, and effects are named only if they explain the data better.
 
-Nor is a location sharp if few channels see a weak cause: a stop then looks like an added mass whose misfit passes as noise. Where the
+Nor is a location sharp if few channels see a weak cause: a stop then looks like an added mass whose misfit passes as noise. If the
 misfit of an explanation is barely likely, laws are sought as well, and one with clearly more evidence takes its name away.
 """
 
